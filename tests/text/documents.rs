@@ -30,6 +30,26 @@ fn readme_scenario_passes() {
     assert_eq!(report.verdict, Status::Pass, "{:?}", report.expectations);
 }
 
+/// Blocks of the guide that are whole scenarios.
+#[test]
+fn scenarios_of_the_guide_pass() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/README.md");
+    let guide = std::fs::read_to_string(path).unwrap();
+    let registry = Registry::standard();
+    let blocks = guide.split("```toml\n").skip(1);
+    let blocks = blocks.filter_map(|rest| Some(rest.split_once("```")?.0));
+    let mut count = 0;
+    for scenario in blocks.filter(|block| block.contains("duration = ")) {
+        let assembly = Assembly::builder(&registry)
+            .text("guide.toml", scenario, Path::new(""))
+            .unwrap_or_else(|error| panic!("{error}"));
+        let report = execute(&assembly, &Execution::default()).unwrap();
+        assert_eq!(report.verdict, Status::Pass, "{scenario}");
+        count += 1;
+    }
+    assert_eq!(count, 2);
+}
+
 #[test]
 fn verdict_of_the_page_lists_the_expectations_of_the_scenario() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");

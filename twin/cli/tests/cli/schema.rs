@@ -123,7 +123,12 @@ fn scenarios_of_tests_and_documents() -> Vec<String> {
             between(&fs::read_to_string(file).unwrap(), "r#\"", "\"#");
         }
     }
-    for page in ["README.md", "scenarios/README.md", "drivers/README.md"] {
+    for page in [
+        "README.md",
+        "scenarios/README.md",
+        "scenarios/reference.md",
+        "drivers/README.md",
+    ] {
         let page = fs::read_to_string(root().join(page)).unwrap();
         between(&page, "```toml\n", "```");
     }

@@ -229,7 +229,7 @@ fn reader_and_schema_refuse_a_missing_key() {
 /// Regenerate with `UPDATE_DOCS=1 cargo test -p twinrig-scenario --test scenario language`.
 #[test]
 fn documentation_of_tables_is_up_to_date() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/README.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/reference.md");
     let kept = fs::read_to_string(&path).unwrap();
     let mut made = kept.clone();
     for table in language() {
@@ -251,7 +251,7 @@ fn documentation_of_tables_is_up_to_date() {
         let hint = "run UPDATE_DOCS=1 cargo test -p twinrig-scenario --test scenario language";
         assert!(
             made == kept,
-            "scenarios/README.md is not up to date: {hint}"
+            "scenarios/reference.md is not up to date: {hint}"
         );
     }
 }
