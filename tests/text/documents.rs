@@ -55,8 +55,8 @@ fn verdict_of_the_page_lists_the_expectations_of_the_scenario() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
     let registry = Registry::standard();
     let assembly = Assembly::builder(&registry).file(&path).unwrap();
-    let verdicts = page("verdicts");
-    let shown: Vec<&str> = verdicts
+    let page = page("program");
+    let shown: Vec<&str> = first_block(&page, "console")
         .lines()
         .filter_map(|line| line.trim_start().strip_prefix(['✓', '✗']))
         .filter_map(|line| line.trim_start().split("  ").next())
@@ -87,7 +87,7 @@ fn table_of_commands_lists_all_commands() {
         .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
         .filter(|name| !name.is_empty())
         .collect();
-    let commands = page("commands");
+    let commands = page("program");
     let table: Vec<&str> = commands
         .lines()
         .filter_map(|line| line.strip_prefix("| `twin "))
@@ -147,21 +147,22 @@ fn campaigns_list_the_keys_of_a_specification() {
 }
 
 #[test]
-fn optimization_lists_the_keys_of_a_search_space() {
+fn campaigns_list_the_keys_of_a_search_space() {
     let table = twinrig::campaign::optimization::space_key_table();
-    let page = page("optimization");
+    let page = page("campaigns");
     assert!(page.contains(&table), "the table is:\n{table}");
 }
 
-/// Runs a command with the trot and the first file of a page, and compares its output with the
-/// lines that the page shows, except those with the name of the file and those that begin with one
-/// of `skipped`.
-fn check_first_example(name: &str, file: &str, words: &[&str], skipped: &[&str]) {
-    let folder = std::env::temp_dir().join(format!("twinrig-{name}-{}", std::process::id()));
+/// Runs a command with the trot and the first file of a section of the page about campaigns, and
+/// compares its output with the lines that the page shows, except those with the name of the file
+/// and those that begin with one of `skipped`.
+fn check_first_example(section: &str, file: &str, words: &[&str], skipped: &[&str]) {
+    let folder = std::env::temp_dir().join(format!("twinrig-{file}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let page = page(name);
+    let page = page("campaigns");
+    let (_, page) = page.split_once(&format!("\n### {section}\n")).unwrap();
     let spec = folder.join(file);
-    std::fs::write(&spec, first_block(&page, "toml")).unwrap();
+    std::fs::write(&spec, first_block(page, "toml")).unwrap();
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let registry = Registry::standard().with_build(BuildKey::of_bytes(b"documents"));
@@ -175,7 +176,7 @@ fn check_first_example(name: &str, file: &str, words: &[&str], skipped: &[&str])
         .map(|text| String::from_utf8(text).unwrap())
         .into();
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
-    let shown = first_block(&page, "console").lines();
+    let shown = first_block(page, "console").lines();
     let shown = shown.filter(|line| !line.contains(file));
     let shown = shown.filter(|line| !skipped.iter().any(|start| line.starts_with(start)));
     for line in shown {
@@ -187,19 +188,19 @@ fn check_first_example(name: &str, file: &str, words: &[&str], skipped: &[&str])
 #[test]
 fn first_sweep_has_the_shown_result() {
     let skipped = ["  time", "  report", "    twin run", "…"];
-    check_first_example("campaigns", "friction.toml", &["sweep"], &skipped);
+    check_first_example("A first sweep", "friction.toml", &["sweep"], &skipped);
 }
 
 #[test]
 fn first_optimization_has_the_shown_result() {
     let skipped = ["  time", "  scenario", "  report", "$ twin run"];
     let words = ["optimize", "--space"];
-    check_first_example("optimization", "faster.toml", &words, &skipped);
+    check_first_example("A first search", "faster.toml", &words, &skipped);
 }
 
 /// The list of `twin/experiment/src/studies.rs`.
 #[test]
-fn every_study_is_in_the_page_of_commands_and_in_the_page_of_studies() {
+fn every_study_is_in_the_page_of_the_program_and_in_the_page_of_studies() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let read = |file: &str| std::fs::read_to_string(root.join(file)).unwrap();
     let list = read("twin/experiment/src/studies.rs");
@@ -207,7 +208,7 @@ fn every_study_is_in_the_page_of_commands_and_in_the_page_of_studies() {
     let names = list.lines().filter_map(|line| line.trim().split_once(": "));
     let names: Vec<String> = names.map(|(name, _)| name.to_lowercase()).collect();
     assert!(names.len() > 9, "{names:?}");
-    let commands = read("docs/commands.md");
+    let commands = read("docs/program.md");
     let (_, commands) = commands.split_once("\n## Studies\n").unwrap();
     let (section, _) = commands.split_once("\n## ").unwrap();
     let (kinds, details) = section.split_once("\n- ").unwrap();
@@ -216,7 +217,7 @@ fn every_study_is_in_the_page_of_commands_and_in_the_page_of_studies() {
         let kind = format!("`{name}`");
         assert!(
             kinds.contains(&kind) && details.contains(&kind),
-            "{kind} is missing in docs/commands.md"
+            "{kind} is missing in docs/program.md"
         );
         let row = format!("| [`twin study {name}`]");
         assert!(

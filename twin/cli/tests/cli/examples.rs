@@ -36,7 +36,7 @@ fn copied_example_runs_as_in_the_documentation_and_is_not_overwritten() {
     assert_eq!((done.code, &report["verdict"]), (0, &"pass".into()));
     let fingerprint = report["fingerprint"].as_str().unwrap();
     assert_eq!(fingerprint.len(), 64);
-    for page in ["README.md", "docs/verdicts.md"] {
+    for page in ["README.md", "docs/program.md"] {
         let page = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../..")
             .join(page);

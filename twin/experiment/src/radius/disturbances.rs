@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn documentation_lists_all_disturbances() {
-        let page = include_str!("../../../../docs/radius.md");
+        let page = include_str!("../../../../docs/robustness.md");
         for Disturbance { name, .. } in DISTURBANCES {
             let rows = page.lines().filter(|line| line.starts_with("| `"));
             let cells = rows.filter_map(|row| row.split(" | ").next());
