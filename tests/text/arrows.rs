@@ -16,7 +16,7 @@ const EXCHANGEABLE: &str = "bench drives gait lcp massless mujoco rapier script"
 /// Returns the full names of crates.
 fn full_names(names: &str) -> impl Iterator<Item = String> {
     let full = |name| match name {
-        "rangefinder" | "squat" | "twinrig" => String::from(name),
+        "twinrig" => String::from(name),
         _ => format!("twinrig-{name}"),
     };
     names.split_whitespace().map(full)

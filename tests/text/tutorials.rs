@@ -3,7 +3,8 @@
 //! README.md is followed beside copies of `scenarios` and `robots`, the others in an empty folder.
 //!
 //! - `<!-- file: PATH -->` before a block: the block is that file, in the folder of the page.
-//! - `<!-- source: PATH -->` before a block: the block is a part of that file of the repository.
+//! - `<!-- source: PATH -->` before a block: the block is a part of that file of the repository, with
+//!   `PATH as NAME` of a template, as `twin new` fills it.
 //! - `$ twin …` in a block `console` is run there; the lines up to the next `$` are its output.
 //!   `…` stands for any lines. Times of the machine are not compared.
 //! - `$ python3 FILE.py …` is run by the Python of `ci/setup`, and must succeed.
@@ -140,8 +141,10 @@ impl Tutorial<'_> {
                     self.folder.file(name, &text);
                 }
                 if let Some(name) = source.take() {
-                    let whole = fs::read_to_string(repository().join(name)).unwrap();
-                    assert!(whole.contains(&text), "{name} does not have:\n{text}");
+                    let (path, name) = name.split_once(" as ").unwrap_or((name, "template_name"));
+                    let whole = fs::read_to_string(repository().join(path)).unwrap();
+                    let whole = whole.replace("template_name", name);
+                    assert!(whole.contains(&text), "{path} does not have:\n{text}");
                 }
                 if language == "console" {
                     self.console(&block);

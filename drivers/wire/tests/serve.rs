@@ -132,7 +132,10 @@ fn hold_of_the_plant_is_configurable() {
         let served = serve(options, Lag::default(), vec![wire("sbcp", twin)]);
         port.write(&[OPEN]).unwrap();
         let (ended, report, log) = served();
-        assert_eq!((ended, report.served), (Ok(EndReason::Duration), millis(60)));
+        assert_eq!(
+            (ended, report.served),
+            (Ok(EndReason::Duration), millis(60))
+        );
         assert_eq!(log.count(RunEvent::Opened), events);
         let is_traced = |entry: &Entry| matches!(entry, Entry::Bytes(0, _));
         let first = log
@@ -230,7 +233,10 @@ fn twin_slower_than_the_clock_reports_it_and_omits_no_sample() {
     };
     let served = serve(options, plant, vec![wire("sbcp", Pty::open().unwrap())]);
     let (ended, report, log) = served();
-    assert_eq!((ended, report.served), (Ok(EndReason::Duration), millis(40)));
+    assert_eq!(
+        (ended, report.served),
+        (Ok(EndReason::Duration), millis(40))
+    );
     assert_eq!(log.samples(Group::Plant).count(), 21);
     assert!(
         report.behind > 0 && report.to_string().contains("BEHIND"),

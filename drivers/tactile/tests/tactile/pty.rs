@@ -6,7 +6,9 @@ use std::thread;
 
 use crate::support::{filter, plant, quiet};
 use twinrig_kernel::SimDuration;
-use twinrig_runtime::real_time::{EndReason, Privileges, RealTimeRig, Serve, ServeOptions, ServedWire};
+use twinrig_runtime::real_time::{
+    EndReason, Privileges, RealTimeRig, Serve, ServeOptions, ServedWire,
+};
 use twinrig_runtime::{Driver, Group, Schedule};
 use twinrig_tactile::{LoadFilter, Tactile, TactileDriver};
 use twinrig_testing::driver_harness::DriverHarness;

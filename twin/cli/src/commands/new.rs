@@ -36,6 +36,10 @@ const CONTROLLER: Template = &[
         include_str!("../../templates/controller/scenario.toml"),
     ),
     (
+        "oncilla.toml",
+        include_str!("../../templates/controller/oncilla.toml"),
+    ),
+    (
         "src/main.rs",
         include_str!("../../templates/controller/src/main.rs"),
     ),

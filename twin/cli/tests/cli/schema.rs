@@ -46,7 +46,7 @@ fn schema_of(registry: &Registry) -> Value {
     serde_json::from_str(&done.out).unwrap()
 }
 
-/// Regenerate with `UPDATE_SCHEMA=1 cargo test -p twinrig -p squat -p rangefinder schema`.
+/// Regenerate with `UPDATE_SCHEMA=1 cargo test -p twinrig schema`.
 #[cfg(not(any(feature = "mujoco", feature = "rapier")))]
 #[test]
 fn stored_schema_is_up_to_date() {
@@ -58,7 +58,7 @@ fn stored_schema_is_up_to_date() {
     let kept = fs::read_to_string(&path).unwrap();
     assert!(
         made == kept,
-        "run UPDATE_SCHEMA=1 cargo test -p twinrig -p squat -p rangefinder schema"
+        "run UPDATE_SCHEMA=1 cargo test -p twinrig schema"
     );
     for key in ["massless", "cpg", "hip_height", "phase_difference"] {
         assert!(made.contains(&format!("\"{key}\"")), "{key}");
@@ -85,26 +85,19 @@ fn scenarios_of_repository_satisfy_their_schemas() {
     // Specifications of sweeps and search spaces are not scenarios.
     all.retain(|file| !fs::read_to_string(file).unwrap().contains("[[dimension]]"));
     assert!(all.len() >= 22, "{all:?}");
-    for example in ["squat", "rangefinder"] {
-        all.push(root().join(format!("examples/{example}/{example}.toml")));
+    let stored = fs::canonicalize(root().join("scenarios/scenario.schema.json")).unwrap();
+    for file in &all {
+        let named = named_schema(file);
+        let named = fs::canonicalize(&named).unwrap_or_else(|error| panic!("{named:?}: {error}"));
+        assert_eq!(named, stored, "{}", file.display());
     }
-    let mut by_schema: BTreeMap<PathBuf, Vec<PathBuf>> = BTreeMap::new();
-    for file in all {
-        let schema = named_schema(&file);
-        let schema =
-            fs::canonicalize(&schema).unwrap_or_else(|error| panic!("{schema:?}: {error}"));
-        by_schema.entry(schema).or_default().push(file);
-    }
-    assert_eq!(by_schema.len(), 3, "{by_schema:?}");
-    for (schema, files) in by_schema {
-        let schema = serde_json::from_str(&fs::read_to_string(schema).unwrap()).unwrap();
-        let texts = files.iter().map(|file| fs::read_to_string(file).unwrap());
-        let Some(found) = validated(&schema, &texts.collect::<Vec<_>>(), 0) else {
-            return;
-        };
-        for (file, errors) in files.iter().zip(found["errors"].as_array().unwrap()) {
-            assert_eq!(errors, &json!([]), "{}", file.display());
-        }
+    let schema = serde_json::from_str(&fs::read_to_string(stored).unwrap()).unwrap();
+    let texts = all.iter().map(|file| fs::read_to_string(file).unwrap());
+    let Some(found) = validated(&schema, &texts.collect::<Vec<_>>(), 0) else {
+        return;
+    };
+    for (file, errors) in all.iter().zip(found["errors"].as_array().unwrap()) {
+        assert_eq!(errors, &json!([]), "{}", file.display());
     }
 }
 
@@ -118,7 +111,7 @@ fn scenarios_of_tests_and_documents() -> Vec<String> {
         let scenarios = inside.filter(|text| text.contains("duration = "));
         texts.extend(scenarios.map(str::to_owned));
     };
-    for folder in ["twin", "tests", "drivers", "plants", "examples"] {
+    for folder in ["twin", "tests", "drivers", "plants"] {
         for file in files(&root().join(folder), "rs") {
             between(&fs::read_to_string(file).unwrap(), "r#\"", "\"#");
         }

@@ -1,1 +1,0 @@
-../../../twin/cli/templates/driver/src/protocol.rs

@@ -1,1 +1,0 @@
-../../../twin/cli/templates/driver/src/timing.rs
