@@ -33,7 +33,7 @@
 //! | module | contents |
 //! |---|---|
 //! | `commands` | a module for each command |
-//! | `report` | the result of a run as a table and as JUnit XML |
+//! | `report` | the result of a run as a table and as `JUnit` XML |
 //! | `thesis` | printed figures beside ours: a declaration for each item in `thesis/items`, with the basis of ours and a function that determines it; `thesis/flips` moves the numbers that items read |
 //! | `robot_facts` | what follows from a robot file |
 //! | `drawing` | a robot as SVG |
