@@ -3,8 +3,8 @@
 //! README.md is followed beside copies of `scenarios` and `robots`, the others in an empty folder.
 //!
 //! - `<!-- file: PATH -->` before a block: the block is that file, in the folder of the page.
-//! - `<!-- source: PATH -->` before a block: the block is a part of that file of the repository, with
-//!   `PATH as NAME` of a template, as `twin new` fills it.
+//! - `<!-- source: PATH -->` before a block: the block is a part of that file of the repository;
+//!   of a template as `twin new` fills it, with `PATH as NAME`.
 //! - `$ twin …` in a block `console` is run there; the lines up to the next `$` are its output.
 //!   `…` stands for any lines. Times of the machine are not compared.
 //! - `$ python3 FILE.py …` is run by the Python of `ci/setup`, and must succeed.

@@ -1,6 +1,6 @@
-//! Facts that follow from a robot file: masses, lengths and stiffness of the legs, ranges of the joints,
-//! what the drives achieve. Every number is computed from the file by the crates that the plants
-//! use, and names the keys of the file that it follows from.
+//! Facts that follow from a robot file: masses, lengths and stiffness of the legs, ranges of the
+//! joints, limits of the drives. Every number is computed from the file by the crates that the
+//! plants use, and names the keys of the file that it follows from.
 
 mod assumed;
 mod body;
