@@ -239,3 +239,16 @@ pub fn shell_words(command: &str) -> Vec<String> {
     }
     words
 }
+
+/// Returns a scenario of the massless-leg plant with a fixed trunk; `plant` contains further keys
+/// of the plant.
+pub fn hanging(plant: &str) -> String {
+    format!(
+        r#"
+robot = "cheetah-cub"
+duration = "10 ms"
+plant = {{ model = "massless", base = "fixed", {plant} }}
+controller = {{ kind = "stand", period = "2 ms" }}
+"#
+    )
+}

@@ -6,6 +6,7 @@ mod buses;
 mod cell;
 mod commands;
 mod common;
+mod constraints;
 mod estimate_study;
 mod examples;
 mod falls;
@@ -30,6 +31,7 @@ mod radius_axes;
 mod recordings;
 mod reproduction;
 mod robustness;
+mod run;
 mod run_observer;
 mod schema;
 #[cfg(unix)]

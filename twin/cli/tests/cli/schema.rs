@@ -1,6 +1,5 @@
 //! `twin schema`: agreement of the scenarios of the repository, the stored schema and the program.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use twinrig_testing::python;
