@@ -6,9 +6,9 @@
 
 use libfuzzer_sys::fuzz_target;
 use twinrig_kernel::HostTime;
-use twinrig_optoforce::{OptoForce, SampleChoice};
-use twinrig_phidget::{Board, Phidget};
-use twinrig_rb110::{AnalogInput, PulseMap, Rb110};
+use twinrig_devices::optoforce::{OptoForce, SampleChoice};
+use twinrig_devices::phidget::{Board, Phidget};
+use twinrig_devices::rb110::{AnalogInput, PulseMap, Rb110};
 use twinrig_runtime::Driver;
 use twinrig_tactile::Tactile;
 

@@ -1,13 +1,13 @@
 //! Ten million bytes through each parser: random bytes and damaged traffic. No parser panics or
 //! accepts a packet with a wrong checksum; checksums are recomputed independently here.
 
+use twinrig_devices::optoforce::OptoForce;
+use twinrig_devices::optoforce::protocol as optoforce;
+use twinrig_devices::phidget::protocol as phidget;
+use twinrig_devices::phidget::{Board, Phidget};
+use twinrig_devices::rb110::protocol as rb110;
+use twinrig_devices::rb110::{PulseMap, Rb110};
 use twinrig_kernel::{HostTime, SimDuration, SimTime, Stream, stream};
-use twinrig_optoforce::OptoForce;
-use twinrig_optoforce::protocol as optoforce;
-use twinrig_phidget::protocol as phidget;
-use twinrig_phidget::{Board, Phidget};
-use twinrig_rb110::protocol as rb110;
-use twinrig_rb110::{PulseMap, Rb110};
 use twinrig_runtime::Driver;
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{

@@ -1,8 +1,8 @@
 //! `OptoForce` force sensors, from scenario options.
 
+use twinrig_devices::optoforce::{Cutoff, OptoForce, OptoForceDriver, SampleChoice, Speed};
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
-use twinrig_optoforce::{Cutoff, OptoForce, OptoForceDriver, SampleChoice, Speed};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 

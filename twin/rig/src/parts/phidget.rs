@@ -1,6 +1,6 @@
 //! Phidget bridges and interface kits, from scenario options.
 
-use twinrig_phidget::{Board, Gain, Phidget, PhidgetDriver};
+use twinrig_devices::phidget::{Board, Gain, Phidget, PhidgetDriver};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec};
 
@@ -27,7 +27,7 @@ fn options() -> Vec<OptionSpec> {
         inputs(
             "inputs",
             "sources of the inputs: ratios for a bridge, volts for an interface kit",
-            twinrig_phidget::protocol::ANALOG,
+            twinrig_devices::phidget::protocol::ANALOG,
         ),
         option(
             "interval",
@@ -38,7 +38,7 @@ fn options() -> Vec<OptionSpec> {
         option(
             "trigger",
             "change of an input of an interface kit that triggers a report, in thousandths of 5 V (10)",
-            Accepts::Natural(0..=u64::from(twinrig_phidget::protocol::SCALE)),
+            Accepts::Natural(0..=u64::from(twinrig_devices::phidget::protocol::SCALE)),
         ),
         clock_option(),
     ]

@@ -1,8 +1,8 @@
 //! RB-110 servo board of the robot's computer, from scenario options.
 
+use twinrig_devices::rb110::{AdcRange, PulseMap, Rb110, Rb110Driver, ServoLine};
 use twinrig_document::Range;
 use twinrig_kernel::{Unit, signal};
-use twinrig_rb110::{AdcRange, PulseMap, Rb110, Rb110Driver, ServoLine};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
@@ -50,7 +50,7 @@ fn options() -> Vec<OptionSpec> {
         inputs(
             "inputs",
             "analog inputs to read, and their sources in volts",
-            twinrig_rb110::protocol::ANALOG,
+            twinrig_devices::rb110::protocol::ANALOG,
         ),
         choice(
             "range",
