@@ -1,7 +1,10 @@
-//! Framing of a stream of bytes: properties of the messages of a protocol.
+//! Framing of a stream of bytes: properties of the messages of a protocol, and bursts of damaged
+//! frames.
 
 use std::fmt::Debug;
 
+use twinrig_kernel::{HostTime, Stream, stream};
+use twinrig_runtime::Driver;
 use twinrig_wire::{FrameMatch, FramedMessage, Framer};
 
 /// Returns the frames of a stream that is received in these pieces, and the number of bytes outside
@@ -63,4 +66,113 @@ pub fn check_wrong_bit<M: FramedMessage>(message: &M, n: usize) {
     frame[bit / 8] ^= 1 << (bit % 8);
     let undetected = FrameMatch::Frame(frame.len());
     assert_ne!(M::match_frame(&frame), undetected, "{frame:02x?}");
+}
+
+/// Bursts of bytes, drawn by a named stream: noise, or frames with altered, lost or inserted bytes.
+pub struct BurstGenerator {
+    random: Stream,
+    frames: Vec<Vec<u8>>,
+    burst: Vec<u8>,
+}
+
+impl BurstGenerator {
+    /// Creates a generator of these frames.
+    pub fn new(name: &str, frames: Vec<Vec<u8>>) -> Self {
+        let (random, burst) = (stream(1, name), Vec::new());
+        Self {
+            random,
+            frames,
+            burst,
+        }
+    }
+
+    /// Returns a random number below `end`.
+    pub fn below(&mut self, end: usize) -> usize {
+        let drawn = self.random.between(0, end as u64 - 1);
+        usize::try_from(drawn).unwrap()
+    }
+
+    /// Returns the next burst.
+    pub fn next_burst(&mut self) -> &[u8] {
+        self.burst.clear();
+        if self.below(4) == 0 {
+            for _ in 0..=self.below(60) {
+                let [byte, ..] = self.random.bits().to_le_bytes();
+                self.burst.push(byte);
+            }
+            return &self.burst;
+        }
+        for _ in 0..=self.below(3) {
+            let which = self.below(self.frames.len());
+            self.burst.extend_from_slice(&self.frames[which]);
+        }
+        for _ in 0..self.below(4) {
+            let (at, end) = (self.below(self.burst.len()), self.burst.len());
+            match self.below(4) {
+                0 => self.burst[at] ^= 1 << self.below(8),
+                1 => self.burst[at] = self.random.bits().to_le_bytes()[0],
+                2 if end > 1 => drop(self.burst.remove(at)),
+                // Insertion of a header byte.
+                _ => self.burst.insert(at, self.frames[0][0]),
+            }
+        }
+        &self.burst
+    }
+}
+
+/// Returns whether a frame ends with its CRC-16/IBM-3740, computed bytewise here, low byte first.
+pub fn has_crc16(frame: &[u8]) -> bool {
+    let (content, found) = frame.split_at(frame.len() - 2);
+    let crc = content.iter().fold(0xFFFF, |crc: u16, byte| {
+        let mut x = (crc >> 8) as u8 ^ byte;
+        x ^= x >> 4;
+        let x = u16::from(x);
+        (crc << 8) ^ (x << 12) ^ (x << 5) ^ x
+    });
+    crc.to_le_bytes() == found
+}
+
+/// Returns whether a frame ends with the sum of its bytes, modulo 2¹⁶, high byte first.
+pub fn has_sum16(frame: &[u8]) -> bool {
+    let (content, found) = frame.split_at(frame.len() - 2);
+    let sum: u32 = content.iter().map(|byte| u32::from(*byte)).sum();
+    (sum % 65_536).to_be_bytes()[2..] == *found
+}
+
+/// Passes millions of bytes in damaged bursts of these frames to the framer of a message and to a
+/// driver: none panics, all outputs of the driver are finite, and all frames found are `intact`,
+/// more than a thousand.
+pub fn check_damaged_bursts<M: FramedMessage>(
+    frames: Vec<Vec<u8>>,
+    intact: fn(&[u8]) -> bool,
+    mut driver: impl Driver,
+) {
+    const BYTES: usize = 10_000_000 / 3;
+    let mut generator = BurstGenerator::new(driver.name(), frames);
+    let mut framer = Framer::new(M::match_frame);
+    let (mut bytes, mut found, mut tx) = (0, 0, Vec::new());
+    let mut now = HostTime::from_nanos(0);
+    driver.open(now);
+    while bytes < BYTES {
+        let pause = generator.below(20_000_000) as u64;
+        let burst = generator.next_burst();
+        bytes += burst.len();
+        framer.push(burst);
+        while let Some(frame) = framer.next_frame() {
+            assert!(intact(frame), "{frame:02x?}");
+            found += 1;
+        }
+        now = HostTime::from_nanos(now.as_nanos() + pause);
+        driver.handle_bytes(now, burst);
+        driver.handle_timeout(now);
+        tx.clear();
+        while driver.poll_transmit(&mut tx) {}
+        match driver.is_busy() {
+            Ok(false) => driver.begin(now, &[0.1]),
+            Ok(true) => {}
+            Err(_) => driver.open(now),
+        }
+        assert!(driver.to_process().iter().all(|value| value.is_finite()));
+    }
+    assert!(found > 1_000, "{found} frames in {bytes} bytes");
 }

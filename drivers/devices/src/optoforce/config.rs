@@ -62,7 +62,7 @@ impl OptoForce {
         }
     }
 
-    pub(crate) fn check(&self) -> Result<(), OptoForceError> {
+    pub(super) fn check(&self) -> Result<(), OptoForceError> {
         if !(self.sensitivity > 0.0 && self.sensitivity.is_finite()) {
             return Err(OptoForceError::Sensitivity {
                 counts: self.sensitivity,

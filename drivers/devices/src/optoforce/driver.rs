@@ -7,7 +7,7 @@ use twinrig_wire::{
 
 use super::assumed::ANSWER_TIMEOUT;
 use super::protocol::{Counts, Health, Message, Status};
-use super::{OptoForce, OptoForceError, SampleChoice, Speed};
+use super::{OptoForce, SampleChoice, Speed};
 
 /// Driver of the sensor: configures it and keeps the newest sample.
 ///
@@ -18,7 +18,7 @@ pub type OptoForceDriver = FramedDriver<OptoForceProtocol>;
 
 /// Requests to the sensor and interpretation of its messages.
 #[derive(Debug)]
-pub struct OptoForceProtocol(OptoForce);
+pub struct OptoForceProtocol(pub(super) OptoForce);
 
 /// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -187,16 +187,5 @@ impl Protocol for OptoForceProtocol {
         diagnostics.count("unwell", state.unwell);
         diagnostics.count("overloaded", state.overloaded);
         diagnostics.count("foreign", state.foreign);
-    }
-}
-
-impl OptoForce {
-    /// Creates the driver, which runs on the robot.
-    ///
-    /// # Errors
-    /// [`OptoForceError`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<OptoForceDriver, OptoForceError> {
-        self.check()?;
-        Ok(OptoForceDriver::new(OptoForceProtocol(self.clone())))
     }
 }

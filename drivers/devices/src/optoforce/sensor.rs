@@ -3,14 +3,12 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, Wire, WiringError};
-use twinrig_wire::{
-    Diagnostics, Emulation, FaultSchedule, FrameError, FramedNode, TxQueue, device_wire, quantize,
-};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{Diagnostics, Emulation, FrameError, FramedNode, TxQueue, quantize};
 
+use super::OptoForce;
 use super::assumed::{NOMINAL_COUNTS, REACTION, SAMPLE_PERIOD};
 use super::protocol::{Counts, Cutoff, Message, Speed, Status};
-use super::{OptoForce, OptoForceError};
 
 /// Emulated sensor: measures and filters every millisecond of its own clock, and sends at the
 /// configured rate.
@@ -38,15 +36,12 @@ pub struct State {
     sent: u64,
 }
 
-/// Time of a byte at 1 Mbaud, 8N1.
-const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
-
 /// Status for a configuration that is not understood. ASSUMED: only 0, for done, is documented.
 const REJECTED: u8 = 1;
 
 impl OptoForceEmulation {
     /// Creates the emulation from a checked configuration.
-    fn new(config: OptoForce) -> Self {
+    pub(super) fn new(config: OptoForce) -> Self {
         Self {
             config,
             force: 0..0,
@@ -158,25 +153,5 @@ impl Emulation for OptoForceEmulation {
 
     fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
         diagnostics.count("sent", state.sent);
-    }
-}
-
-impl OptoForce {
-    /// Creates the emulated sensor.
-    ///
-    /// # Errors
-    /// [`OptoForceError`] if the configuration is invalid.
-    pub fn sensor(&self) -> Result<OptoForceSensor, OptoForceError> {
-        self.check()?;
-        Ok(OptoForceSensor::new(OptoForceEmulation::new(self.clone())))
-    }
-
-    /// Creates the wire with the emulated sensor at its far end, and with the faults that are on
-    /// `wire/NAME`.
-    ///
-    /// # Errors
-    /// [`OptoForceError`] if the configuration or a fault is invalid.
-    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, OptoForceError> {
-        Ok(device_wire(BYTE_TIME, faults, self.sensor()?)?)
     }
 }

@@ -1,13 +1,11 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, Wire, WiringError};
-use twinrig_wire::{
-    AnalogInputs, Diagnostics, Emulation, FaultSchedule, FramedNode, TxQueue, device_wire, quantize,
-};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{AnalogInputs, Diagnostics, Emulation, FramedNode, TxQueue, quantize};
 
-use super::assumed::{BYTE_TIME, POLL};
+use super::assumed::POLL;
 use super::protocol::{ANALOG, BRIDGES, COUNTS, Gain, Message, SCALE, Setup};
-use super::{Board, Phidget, PhidgetError};
+use super::{Board, Phidget};
 
 /// Emulated board: polled by USB every 8 ms of its own clock; it reports once it has been set up.
 pub type PhidgetBoard = FramedNode<PhidgetEmulation>;
@@ -34,7 +32,7 @@ pub struct State {
 
 impl PhidgetEmulation {
     /// Creates the emulation from a checked configuration.
-    fn new(config: Phidget) -> Self {
+    pub(super) fn new(config: Phidget) -> Self {
         Self {
             inputs: AnalogInputs::new(config.inputs.clone()),
             config,
@@ -180,25 +178,5 @@ impl Emulation for PhidgetEmulation {
 
     fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
         diagnostics.count("sent", state.sent);
-    }
-}
-
-impl Phidget {
-    /// Creates the emulated board.
-    ///
-    /// # Errors
-    /// [`PhidgetError`] if the configuration is invalid.
-    pub fn board(&self) -> Result<PhidgetBoard, PhidgetError> {
-        self.check()?;
-        Ok(PhidgetBoard::new(PhidgetEmulation::new(self.clone())))
-    }
-
-    /// Creates the wire with the emulated board at its far end, and with the faults that are on
-    /// `wire/NAME`.
-    ///
-    /// # Errors
-    /// [`PhidgetError`] if the configuration or a fault is invalid.
-    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, PhidgetError> {
-        Ok(device_wire(BYTE_TIME, faults, self.board()?)?)
     }
 }

@@ -110,7 +110,7 @@ impl Phidget {
         }
     }
 
-    pub(crate) fn check(&self) -> Result<(), PhidgetError> {
+    pub(super) fn check(&self) -> Result<(), PhidgetError> {
         match self.board {
             Board::Bridge { interval, .. } => {
                 let most = SimDuration::from_millis(u64::from(INTERVAL_MS_MAX));

@@ -7,7 +7,7 @@ use twinrig_wire::{
 
 use super::assumed::ANSWER_TIMEOUT;
 use super::protocol::{COUNTS, Message, SCALE};
-use super::{Board, Phidget, PhidgetError};
+use super::{Board, Phidget};
 
 /// Driver of the board: sets it up and keeps its newest readings.
 ///
@@ -17,7 +17,7 @@ pub type PhidgetDriver = FramedDriver<PhidgetProtocol>;
 
 /// Requests to the board and interpretation of its messages.
 #[derive(Debug)]
-pub struct PhidgetProtocol(Phidget);
+pub struct PhidgetProtocol(pub(super) Phidget);
 
 /// Changing state.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -180,16 +180,5 @@ impl Protocol for PhidgetProtocol {
         diagnostics.count("stale", state.stale);
         diagnostics.count("overloaded", state.overloaded);
         diagnostics.count("foreign", state.foreign);
-    }
-}
-
-impl Phidget {
-    /// Creates the driver, which runs on the robot.
-    ///
-    /// # Errors
-    /// [`PhidgetError`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<PhidgetDriver, PhidgetError> {
-        self.check()?;
-        Ok(PhidgetDriver::new(PhidgetProtocol(self.clone())))
     }
 }

@@ -7,6 +7,7 @@
 //! kit when an input has changed. A transfer returns the newest readings without waiting.
 //!
 //! ```
+//! use twinrig_devices::FramedDevice;
 //! use twinrig_devices::phidget::{AnalogInput, Board, Gain, Phidget};
 //! use twinrig_kernel::SimDuration;
 //! use twinrig_wire::AnalogSource;
@@ -24,13 +25,17 @@
 //! bridge.inputs.push(AnalogInput { channel: 0, analog_source });
 //!
 //! let driver = bridge.driver()?; // host side of the wire
-//! let node = bridge.board()?; // device side
+//! let node = bridge.node()?; // device side
 //! # let _ = (driver, node);
 //! # Ok::<(), twinrig_devices::phidget::PhidgetError>(())
 //! ```
 //!
 //! **Limits.** No digital inputs and outputs, no noise, no averaging over a data interval. The
 //! protocol over USB is not documented: the frames are ASSUMED ([`protocol`]).
+
+use twinrig_kernel::SimDuration;
+
+use crate::FramedDevice;
 
 mod assumed;
 mod board;
@@ -45,3 +50,26 @@ pub use config::{Board, Phidget, PhidgetError};
 pub use driver::{PhidgetDriver, PhidgetProtocol};
 pub use protocol::Gain;
 pub use twinrig_wire::AnalogInput;
+
+impl FramedDevice for Phidget {
+    type Error = PhidgetError;
+    type Protocol = PhidgetProtocol;
+    type Emulation = PhidgetEmulation;
+
+    const BYTE_TIME: SimDuration = assumed::BYTE_TIME;
+
+    fn examples() -> Vec<Self> {
+        let boards = [("bridge", Board::default()), ("kit", Board::INTERFACE_KIT)];
+        boards.map(|(name, board)| Self::new(name, board)).into()
+    }
+
+    fn protocol(&self) -> Result<PhidgetProtocol, PhidgetError> {
+        self.check()?;
+        Ok(PhidgetProtocol(self.clone()))
+    }
+
+    fn emulation(&self) -> Result<PhidgetEmulation, PhidgetError> {
+        self.check()?;
+        Ok(PhidgetEmulation::new(self.clone()))
+    }
+}

@@ -2,14 +2,12 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
-use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, Wire, WiringError};
-use twinrig_wire::{
-    AnalogInputs, Diagnostics, Emulation, FaultSchedule, FramedNode, TxQueue, device_wire, quantize,
-};
+use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{AnalogInputs, Diagnostics, Emulation, FramedNode, TxQueue, quantize};
 
-use super::assumed::{BYTE_TIME, REACTION};
+use super::assumed::REACTION;
 use super::protocol::{Answer, COUNTS, LINES, Request, TICK_NS};
-use super::{AdcRange, Rb110, Rb110Error};
+use super::{AdcRange, Rb110};
 
 /// Emulated board: pulses by its own clock, with a common start on all lines. New widths take
 /// effect at the next start of the pulses; the servo has its command at the pulse's end, when it is
@@ -52,7 +50,7 @@ impl State {
 
 impl Rb110Emulation {
     /// Creates the emulation from a checked configuration.
-    fn new(config: Rb110) -> Self {
+    pub(super) fn new(config: Rb110) -> Self {
         Self {
             inputs: AnalogInputs::new(config.analog.clone()),
             config,
@@ -191,25 +189,5 @@ impl Emulation for Rb110Emulation {
 
     fn report(&self, state: &State, diagnostics: &mut Diagnostics<'_>) {
         diagnostics.count("pulses", state.sent);
-    }
-}
-
-impl Rb110 {
-    /// Creates the emulated board.
-    ///
-    /// # Errors
-    /// [`Rb110Error`] if the configuration is invalid.
-    pub fn board(&self) -> Result<Rb110Board, Rb110Error> {
-        self.check()?;
-        Ok(Rb110Board::new(Rb110Emulation::new(self.clone())))
-    }
-
-    /// Creates the wire with the emulated board at its far end, and with the faults that are on
-    /// `wire/NAME`.
-    ///
-    /// # Errors
-    /// [`Rb110Error`] if the configuration or a fault is invalid.
-    pub fn wire(&self, faults: &FaultSchedule) -> Result<impl Wire + use<>, Rb110Error> {
-        Ok(device_wire(BYTE_TIME, faults, self.board()?)?)
     }
 }

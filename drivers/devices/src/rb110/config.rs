@@ -160,7 +160,7 @@ impl Rb110 {
         }
     }
 
-    pub(crate) fn check(&self) -> Result<(), Rb110Error> {
+    pub(super) fn check(&self) -> Result<(), Rb110Error> {
         let (shortest, longest) = (SimDuration::from_millis(10), SimDuration::from_millis(20));
         if !(shortest..=longest).contains(&self.period) {
             return Err(Rb110Error::Period {

@@ -7,7 +7,7 @@ use twinrig_wire::{
 
 use super::assumed::ANSWER_TIMEOUT;
 use super::protocol::{ANALOG, Answer, COUNTS, LINES, Request};
-use super::{AdcRange, Rb110, Rb110Error};
+use super::{AdcRange, Rb110};
 
 /// Driver of the board: transmits one pulse per servo and transfer, and reads the analog inputs.
 ///
@@ -18,7 +18,7 @@ pub type Rb110Driver = FramedDriver<Rb110Protocol>;
 
 /// Requests to the board and interpretation of its answers.
 #[derive(Debug)]
-pub struct Rb110Protocol(Rb110);
+pub struct Rb110Protocol(pub(super) Rb110);
 
 /// Changing state.
 #[derive(Debug, Serialize, Deserialize)]
@@ -172,16 +172,5 @@ impl Protocol for Rb110Protocol {
         diagnostics.count("lost", state.lost);
         diagnostics.count("saturated", state.saturated);
         diagnostics.count("replaced", state.replaced);
-    }
-}
-
-impl Rb110 {
-    /// Creates the driver, which runs on the robot.
-    ///
-    /// # Errors
-    /// [`Rb110Error`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<Rb110Driver, Rb110Error> {
-        self.check()?;
-        Ok(Rb110Driver::new(Rb110Protocol(self.clone())))
     }
 }

@@ -8,6 +8,7 @@
 //! step.
 //!
 //! ```
+//! use twinrig_devices::FramedDevice;
 //! use twinrig_devices::rb110::{PulseMap, Rb110};
 //!
 //! let board = Rb110::with_servos("rb110", PulseMap::ONCILLA, &[(15, "LF"), (13, "RF")]);
@@ -15,7 +16,7 @@
 //! assert_eq!(PulseMap::ONCILLA.ticks(0.0), Some((60_000, false))); // 1.2 ms
 //!
 //! let driver = board.driver()?; // host side of the wire
-//! let node = board.board()?; // device side
+//! let node = board.node()?; // device side
 //! # let _ = (driver, node);
 //! # Ok::<(), twinrig_devices::rb110::Rb110Error>(())
 //! ```
@@ -23,6 +24,10 @@
 //! **Limits.** The servo is not modelled here but in the plant (lag, speed, dead band). A joint
 //! whose pulses have stopped is not released: the plant keeps the last command. The protocol of the
 //! real board is not published: the frames are ASSUMED ([`protocol`]).
+
+use twinrig_kernel::SimDuration;
+
+use crate::FramedDevice;
 
 mod assumed;
 mod board;
@@ -36,3 +41,30 @@ pub use board::{Rb110Board, Rb110Emulation};
 pub use config::{AdcRange, PulseMap, Rb110, Rb110Error, ServoLine};
 pub use driver::{Rb110Driver, Rb110Protocol};
 pub use twinrig_wire::AnalogInput;
+
+impl FramedDevice for Rb110 {
+    type Error = Rb110Error;
+    type Protocol = Rb110Protocol;
+    type Emulation = Rb110Emulation;
+
+    const BYTE_TIME: SimDuration = assumed::BYTE_TIME;
+
+    fn examples() -> Vec<Self> {
+        let mut board = Self::with_servos("rb110", PulseMap::ONCILLA, &[(15, "LF")]);
+        board.analog = vec![AnalogInput {
+            channel: 3,
+            analog_source: None,
+        }];
+        vec![board]
+    }
+
+    fn protocol(&self) -> Result<Rb110Protocol, Rb110Error> {
+        self.check()?;
+        Ok(Rb110Protocol(self.clone()))
+    }
+
+    fn emulation(&self) -> Result<Rb110Emulation, Rb110Error> {
+        self.check()?;
+        Ok(Rb110Emulation::new(self.clone()))
+    }
+}

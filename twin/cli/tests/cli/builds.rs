@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use twinrig::{BusContext, BusKind, ControllerKind, PlantKind};
+use twinrig_devices::FramedDevice;
 use twinrig_devices::rb110::{PulseMap, Rb110};
 
 use crate::common::{Folder, Toy, registry, toy_ports, twin_of};

@@ -2,6 +2,7 @@
 
 use twinrig::fmu::MARKER;
 use twinrig::{BusKind, PlantKind};
+use twinrig_devices::FramedDevice;
 use twinrig_devices::rb110::{PulseMap, Rb110};
 
 use crate::common::{Done, Folder, SOUND, panicking, registry, toy_ports, twin, twin_of};

@@ -1,5 +1,6 @@
 //! `OptoForce` force sensors, from scenario options.
 
+use twinrig_devices::FramedDevice;
 use twinrig_devices::optoforce::{Cutoff, OptoForce, OptoForceDriver, SampleChoice, Speed};
 use twinrig_document::Range;
 use twinrig_kernel::Unit;

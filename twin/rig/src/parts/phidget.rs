@@ -1,5 +1,6 @@
 //! Phidget bridges and interface kits, from scenario options.
 
+use twinrig_devices::FramedDevice;
 use twinrig_devices::phidget::{Board, Gain, Phidget, PhidgetDriver};
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec};

@@ -1,5 +1,6 @@
 //! RB-110 servo board of the robot's computer, from scenario options.
 
+use twinrig_devices::FramedDevice;
 use twinrig_devices::rb110::{AdcRange, PulseMap, Rb110, Rb110Driver, ServoLine};
 use twinrig_document::Range;
 use twinrig_kernel::{Unit, signal};

@@ -1,11 +1,13 @@
 //! Frames: round trip, detection of damage, and independence of the division into pieces.
 
+use crate::FramedDevice;
+use crate::optoforce::OptoForce;
 use crate::optoforce::protocol::{Counts, Cutoff, Health, Message, Speed, Status};
+use crate::tests::check_frames;
 use proptest::array::{uniform3, uniform4, uniform6};
-use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
-use twinrig_testing::framing::{check_arbitrary_bytes, check_message, check_wrong_bit};
+use twinrig_testing::framing::{check_damaged_bursts, has_sum16};
 use twinrig_wire::{FrameError, FramedMessage};
 
 fn messages() -> impl Strategy<Value = Message> {
@@ -97,24 +99,21 @@ fn undefined_codes_are_rejected() {
     }
 }
 
-proptest! {
-    #[test]
-    fn message_is_decoded_identically_amid_garbage(
-        message in messages(), garbage in vec(any::<u8>(), 0..60),
-    ) {
-        check_message(&message, &garbage);
-    }
+#[test]
+fn wrong_checksums_are_rejected_without_panic() {
+    let data = (0..3_u16).map(|counter| Message::Data {
+        counter,
+        status: Status(0),
+        counts: Counts::Three([1, -2, 300]),
+    });
+    let messages = data.chain([Message::Acknowledgement { status: 0 }]);
+    let frames = messages.map(|message| message.to_frame()).collect();
+    let driver = OptoForce::new("optoforce", "force").driver().unwrap();
+    check_damaged_bursts::<Message>(frames, has_sum16, driver);
+}
 
-    #[test]
-    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(
-        bytes in vec(prop_oneof![3 => select(&[0xaa, 7, 8, 10, 0, 50, 3, 80, 1][..]), 1 => any::<u8>()], 0..400),
-        cuts in vec(0..400_usize, 0..20),
-    ) {
-        check_arbitrary_bytes::<Message>(&bytes, cuts);
-    }
-
-    #[test]
-    fn frame_with_a_wrong_bit_is_rejected(message in messages(), bit in any::<usize>()) {
-        check_wrong_bit(&message, bit);
-    }
+#[test]
+fn frames_are_found_and_damage_is_detected() {
+    let of_headers = select(&[0xaa, 7, 8, 10, 0, 50, 3, 80, 1][..]);
+    check_frames(messages(), prop_oneof![3 => of_headers, 1 => any::<u8>()]);
 }

@@ -1,5 +1,6 @@
 //! Driver and sensor, request by request: bytes, times and time-outs.
 
+use crate::FramedDevice;
 use crate::optoforce::protocol::{Counts, Cutoff, Message, Speed, Status};
 use crate::optoforce::{OptoForce, OptoForceDriver, SampleChoice};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
@@ -131,7 +132,7 @@ fn closing_stops_the_sensor_and_awaits_its_acknowledgement() {
 #[test]
 fn sensor_acknowledges_after_its_reaction_time_and_samples_by_its_own_clock() {
     let config = OptoForce::new("foot", "force");
-    let mut sensor = config.sensor().unwrap();
+    let mut sensor = config.node().unwrap();
     let force = Port::output("force", Unit::Newton, 3);
     sensor.connect("foot", &plant(&[force])).unwrap();
     let mut plant = StaticPlant {

@@ -2,13 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use crate::FramedDevice;
 use crate::optoforce::{Cutoff, OptoForce, SampleChoice, Speed};
-use twinrig_kernel::{BoardClock, LocalDuration, Port, Unit};
+use crate::tests::{self, check_missing, force_plant};
+use twinrig_kernel::{BoardClock, LocalDuration};
 use twinrig_runtime::{Rig, RunEvent};
 use twinrig_testing::rig_harness;
-use twinrig_testing::rig_harness::{
-    RecordingPlant, check_restored, check_zero, diagnostic, rig, run,
-};
+use twinrig_testing::rig_harness::{check_restored, check_zero, diagnostic, run};
 use twinrig_wire::{FaultKind, FaultSchedule};
 
 fn sensor() -> OptoForce {
@@ -24,12 +24,7 @@ fn force(seconds: f64, axis: usize) -> f64 {
 }
 
 fn wired_to(sensor: &OptoForce, faults: &FaultSchedule, force: fn(f64, usize) -> f64) -> Rig {
-    let plant = RecordingPlant::new(
-        vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
-        force,
-    );
-    let wire = sensor.wire(faults).unwrap();
-    rig(sensor.driver().unwrap(), wire, (2, |_| 0.0), plant)
+    tests::wired(sensor, faults, (2, |_| 0.0), force_plant(force))
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
@@ -186,16 +181,8 @@ fn opening_is_repeated_until_the_wire_recovers() {
     let (at, _) = opened.unwrap();
     assert!((400..403).contains(&(at.as_nanos() / 1_000_000)), "{at}");
 
-    let mut rig = wired_to(
-        &sensor(),
-        &fault(FaultKind::Unplug { fails: false }, 0, 10_000),
-        force,
-    );
-    let message = run(&mut rig, 1000).1.unwrap_err().to_string();
-    assert!(
-        message.contains("optoforce") && message.contains("check the connection"),
-        "{message}"
-    );
+    let unplugged = fault(FaultKind::Unplug { fails: false }, 0, 10_000);
+    check_missing(wired_to(&sensor(), &unplugged, force), "optoforce");
 }
 
 #[test]

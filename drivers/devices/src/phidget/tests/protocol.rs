@@ -1,12 +1,15 @@
 //! Frames: round trip, detection of damage, and independence of the division into pieces.
 
+use crate::FramedDevice;
 use crate::phidget::protocol::{Gain, Message, Setup};
+use crate::phidget::{Board, Phidget};
+use crate::tests::{check_frames, framed};
 use proptest::array::{uniform4, uniform8};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
-use twinrig_testing::framing::{check_arbitrary_bytes, check_message, check_wrong_bit};
-use twinrig_wire::{FrameError, FramedMessage, crc16};
+use twinrig_testing::framing::{check_arbitrary_bytes, check_damaged_bursts, has_crc16};
+use twinrig_wire::{FrameError, FramedMessage};
 
 fn messages() -> impl Strategy<Value = Message> {
     let bridge = (1..=1000_u16, select(&Gain::ALL[..]));
@@ -28,11 +31,6 @@ fn messages() -> impl Strategy<Value = Message> {
         }),
         readings.prop_map(|(sequence, readings)| Message::InterfaceKit { sequence, readings }),
     ]
-}
-
-/// Returns a frame with this content.
-fn framed(content: &[u8]) -> Vec<u8> {
-    [content, &crc16(content).to_le_bytes()].concat()
 }
 
 #[test]
@@ -93,27 +91,31 @@ fn numbers_out_of_range_are_rejected() {
     }
 }
 
+#[test]
+fn wrong_checksums_are_rejected_without_panic() {
+    let messages = [
+        Message::Accepted { done: true },
+        Message::Bridge {
+            sequence: 1,
+            overload: [false; 4],
+            counts: [1, -1, 70_000, 0],
+        },
+        Message::InterfaceKit {
+            sequence: 2,
+            readings: [500; 8],
+        },
+    ];
+    let frames = messages.map(|message| message.to_frame());
+    let driver = Phidget::new("phidget", Board::default()).driver().unwrap();
+    check_damaged_bursts::<Message>(frames.into(), has_crc16, driver);
+}
+
+#[test]
+fn frames_are_found_and_damage_is_detected() {
+    check_frames(messages(), prop_oneof![0xf0..=0xf3_u8, any::<u8>()]);
+}
+
 proptest! {
-    #[test]
-    fn message_is_decoded_identically_amid_garbage(
-        message in messages(), garbage in vec(any::<u8>(), 0..60),
-    ) {
-        check_message(&message, &garbage);
-    }
-
-    #[test]
-    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(
-        bytes in vec(prop_oneof![0xf0..=0xf3_u8, any::<u8>()], 0..400),
-        cuts in vec(0..400_usize, 0..20),
-    ) {
-        check_arbitrary_bytes::<Message>(&bytes, cuts);
-    }
-
-    #[test]
-    fn frame_with_a_wrong_bit_is_rejected(message in messages(), bit in any::<usize>()) {
-        check_wrong_bit(&message, bit);
-    }
-
     #[test]
     fn decoded_content_re_encodes_identically(message in messages(), content in vec(any::<u8>(), 20)) {
         let frame = message.to_frame();

@@ -1,5 +1,6 @@
 //! Driver and board, request by request: bytes, times and time-outs.
 
+use crate::FramedDevice;
 use crate::phidget::protocol::{Gain, Message, Setup};
 use crate::phidget::{Board, Phidget, PhidgetDriver};
 use twinrig_kernel::{SimDuration, SimTime};
@@ -89,7 +90,7 @@ fn rejected_set_up_is_reported() {
 
 #[test]
 fn board_transmits_at_polls_and_restarts_its_interval_at_each_set_up() {
-    let mut board = config().board().unwrap();
+    let mut board = config().node().unwrap();
     board.connect("scale", &plant(&[])).unwrap();
     let mut plant = StaticPlant::default();
     let at = |millis| SimTime::ZERO + SimDuration::from_millis(millis);

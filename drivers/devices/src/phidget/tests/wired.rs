@@ -1,12 +1,12 @@
 //! Driver and board connected by a wire, in a rig.
 
+use crate::FramedDevice;
 use crate::phidget::{AnalogInput, Board, Gain, Phidget};
-use twinrig_kernel::{Port, SimDuration, Unit};
+use crate::tests::{self, check_missing, force_plant};
+use twinrig_kernel::SimDuration;
 use twinrig_runtime::{Rig, RunEvent};
 use twinrig_testing::rig_harness;
-use twinrig_testing::rig_harness::{
-    RecordingPlant, check_restored, check_zero, diagnostic, rig, run,
-};
+use twinrig_testing::rig_harness::{check_restored, check_zero, diagnostic, run};
 use twinrig_wire::{AnalogSource, FaultKind, FaultSchedule};
 
 fn input(channel: usize, component: usize, scale: f64) -> AnalogInput {
@@ -41,14 +41,7 @@ fn force(seconds: f64, axis: usize) -> f64 {
 }
 
 fn wired(board: &Phidget, faults: &FaultSchedule) -> Rig {
-    let port = Port::output("leg/LF/foot/force", Unit::Newton, 3);
-    let wire = board.wire(faults).unwrap();
-    rig(
-        board.driver().unwrap(),
-        wire,
-        (2, |_| 0.0),
-        RecordingPlant::new(vec![port], force),
-    )
+    tests::wired(board, faults, (2, |_| 0.0), force_plant(force))
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
@@ -153,24 +146,12 @@ fn repeated_reports_are_discarded() {
 
 #[test]
 fn missing_or_wrong_board_is_an_error() {
-    let mut rig = wired(
-        &bridge(8),
-        &fault(FaultKind::Unplug { fails: false }, 0, 10_000),
-    );
-    let message = run(&mut rig, 1000).1.unwrap_err().to_string();
-    assert!(
-        message.contains("phidget") && message.contains("check the connection"),
-        "{message}"
-    );
+    let unplugged = fault(FaultKind::Unplug { fails: false }, 0, 10_000);
+    check_missing(wired(&bridge(8), &unplugged), "phidget");
 
-    let port = Port::output("leg/LF/foot/force", Unit::Newton, 3);
     let wire = kit().wire(&FaultSchedule::default()).unwrap();
-    let mut rig = rig_harness::rig(
-        bridge(8).driver().unwrap(),
-        wire,
-        (2, |_| 0.0),
-        RecordingPlant::new(vec![port], force),
-    );
+    let driver = bridge(8).driver().unwrap();
+    let mut rig = rig_harness::rig(driver, wire, (2, |_| 0.0), force_plant(force));
     let message = run(&mut rig, 1000).1.unwrap_err().to_string();
     assert!(message.contains("a board of another type"), "{message}");
 }
@@ -187,16 +168,8 @@ fn missing_signal_is_reported_with_the_available_ones() {
     };
     let task = twinrig_runtime::WiredTask::new(Box::new(board.driver().unwrap()), Box::new(wire));
     let schedule = twinrig_runtime::Schedule::with_period(SimDuration::from_millis(2));
-    let plant = RecordingPlant::new(
-        vec![Port::output("leg/LF/foot/force", Unit::Newton, 3)],
-        force,
-    );
-    let rig = Rig::new(
-        &schedule,
-        Box::new(script),
-        vec![Box::new(task)],
-        Box::new(plant),
-    );
+    let plant = Box::new(force_plant(force));
+    let rig = Rig::new(&schedule, Box::new(script), vec![Box::new(task)], plant);
     let message = rig.err().unwrap().to_string();
     assert!(message.contains("leg/LF/foot/force [N] × 3"), "{message}");
 }

@@ -1,12 +1,15 @@
 //! Frames: round trip, detection of damage, and independence of the division into pieces.
 
+use crate::FramedDevice;
 use crate::rb110::protocol::{Answer, Request, TICKS_MAX};
+use crate::rb110::{PulseMap, Rb110};
+use crate::tests::{check_frames, framed};
 use proptest::array::{uniform8, uniform16};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
-use twinrig_testing::framing::{check_arbitrary_bytes, check_message, check_wrong_bit};
-use twinrig_wire::{FrameError, FrameMatch, FramedMessage, crc16};
+use twinrig_testing::framing::{check_arbitrary_bytes, check_damaged_bursts, has_crc16};
+use twinrig_wire::{FrameError, FrameMatch, FramedMessage};
 
 fn requests() -> impl Strategy<Value = Request> {
     let pulses = uniform16(option::of(0..=TICKS_MAX));
@@ -28,11 +31,6 @@ fn answers() -> impl Strategy<Value = Answer> {
         replaced,
         counts,
     })
-}
-
-/// Returns a frame with this content.
-fn framed(content: &[u8]) -> Vec<u8> {
-    [content, &crc16(content).to_le_bytes()].concat()
 }
 
 #[test]
@@ -116,31 +114,31 @@ fn frames_of_the_page_are_decoded_and_encoded() {
     }
 }
 
+#[test]
+fn wrong_checksums_are_rejected_without_panic() {
+    let servos = |sequence| Request {
+        sequence,
+        twice: sequence == 2,
+        pulses: [Some(75_000); 16],
+        inputs: [true; 8],
+    };
+    let answers = |sequence| Answer {
+        sequence,
+        replaced: false,
+        counts: [Some(512); 8],
+    };
+    let frames = (0..3).flat_map(|n| [servos(n).to_frame(), answers(n).to_frame()]);
+    let board = Rb110::with_servos("rb110", PulseMap::ONCILLA, &[(15, "LF")]);
+    check_damaged_bursts::<Request>(frames.collect(), has_crc16, board.driver().unwrap());
+}
+
+#[test]
+fn frames_are_found_and_damage_is_detected() {
+    check_frames(requests(), any::<u8>());
+    check_frames(answers(), any::<u8>());
+}
+
 proptest! {
-    #[test]
-    fn messages_are_decoded_identically_amid_garbage(
-        request in requests(), answer in answers(), garbage in vec(any::<u8>(), 0..60),
-    ) {
-        check_message(&request, &garbage);
-        check_message(&answer, &garbage);
-    }
-
-    #[test]
-    fn arbitrary_bytes_in_arbitrary_pieces_do_not_panic(
-        bytes in vec(any::<u8>(), 0..400), cuts in vec(0..400_usize, 0..20),
-    ) {
-        check_arbitrary_bytes::<Request>(&bytes, cuts.clone());
-        check_arbitrary_bytes::<Answer>(&bytes, cuts);
-    }
-
-    #[test]
-    fn frame_with_a_wrong_bit_is_rejected(
-        request in requests(), answer in answers(), bit in any::<usize>(),
-    ) {
-        check_wrong_bit(&request, bit);
-        check_wrong_bit(&answer, bit);
-    }
-
     #[test]
     fn decoded_content_re_encodes_identically(
         fields in vec(any::<u8>(), 0..30), header in 0xb1..=0xb2_u8,

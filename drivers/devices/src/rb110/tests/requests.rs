@@ -1,5 +1,6 @@
 //! Driver and board, request by request: bytes, times and time-outs.
 
+use crate::FramedDevice;
 use crate::rb110::protocol::{Answer, Request};
 use crate::rb110::{AnalogInput, PulseMap, Rb110, Rb110Driver};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
@@ -110,7 +111,7 @@ fn closing_powers_the_servos_off() {
 
 #[test]
 fn board_answers_after_its_reaction_time_and_reports_replacement() {
-    let mut board = board().board().unwrap();
+    let mut board = board().node().unwrap();
     let commands = ["LF", "RF"].map(|leg| format!("leg/{leg}/abduction/command"));
     let ports = commands.map(|command| Port::input(command, Unit::Radian, 1));
     board.connect("rb110", &plant(&ports)).unwrap();

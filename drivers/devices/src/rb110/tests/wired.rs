@@ -1,11 +1,13 @@
 //! Driver and board connected by a wire, in a rig.
 
+use crate::FramedDevice;
 use crate::rb110::{AnalogInput, PulseMap, Rb110};
+use crate::tests::{self, check_missing};
 use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_runtime::{Rig, RunEvent};
 use twinrig_testing::rig_harness;
 use twinrig_testing::rig_harness::{
-    RecordingPlant, check_restored, check_zero, diagnostic, index_of, rig, run,
+    RecordingPlant, check_restored, check_zero, diagnostic, index_of, run,
 };
 use twinrig_wire::{AnalogSource, FaultKind, FaultSchedule};
 
@@ -44,8 +46,7 @@ fn command(step: u64) -> f64 {
 }
 
 fn wired(faults: &FaultSchedule) -> Rig {
-    let wire = board().wire(faults).unwrap();
-    rig(board().driver().unwrap(), wire, (10, command), plant())
+    tests::wired(&board(), faults, (10, command), plant())
 }
 
 fn fault(kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSchedule {
@@ -86,8 +87,8 @@ fn transfer_takes_two_control_periods() {
 fn plant_receives_a_command_at_the_end_of_its_pulse() {
     let plant = plant();
     let inputs = plant.input_log.clone();
-    let wire = board().wire(&FaultSchedule::default()).unwrap();
-    let mut rig = rig(board().driver().unwrap(), wire, (10, command), plant);
+    let faults = FaultSchedule::default();
+    let mut rig = tests::wired(&board(), &faults, (10, command), plant);
     let (log, result) = run(&mut rig, 400);
     result.unwrap();
     // Steps 8, 18, 28 and 38 are out of range, for four servos; the first pulse begins at 20 ms.
@@ -163,13 +164,8 @@ fn damaged_frames_are_counted_and_tolerated() {
 
 #[test]
 fn missing_board_is_an_error() {
-    let mut rig = wired(&fault(FaultKind::Unplug { fails: false }, 0, 10_000));
-    let (_, result) = run(&mut rig, 1000);
-    let message = result.unwrap_err().to_string();
-    assert!(
-        message.contains("rb110") && message.contains("check the connection"),
-        "{message}"
-    );
+    let unplugged = fault(FaultKind::Unplug { fails: false }, 0, 10_000);
+    check_missing(wired(&unplugged), "rb110");
 }
 
 #[test]
