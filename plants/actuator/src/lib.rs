@@ -19,10 +19,12 @@
 //! losses. Integration in time is the plant's.
 
 mod motor;
+mod set_points;
 
 use twinrig_robot::Servo;
 
 pub use motor::{DcMotor, MotorError, MotorLine};
+pub use set_points::{Ramp, SetPoint, SetPoints, StepInputs};
 
 /// Ratio of inner to outer loop gain: four makes the cascade critically damped.
 const INNER_OVER_OUTER: f64 = 4.0;

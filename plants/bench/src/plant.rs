@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::MotorLine;
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal};
-use twinrig_legged::Ledger;
 use twinrig_runtime::{
-    EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
+    EnergyBalance, Ledger, Plant, PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts,
 };
 
 use crate::dynamics::{Event, Model, Point, Roller, State};

@@ -11,8 +11,8 @@ use crate::error::LeggedError;
 use crate::external_load::StepLoad;
 use crate::posture::Posture;
 use crate::readings::Readings;
-use crate::set_points::StepInputs;
 use crate::setup::Setup;
+use twinrig_actuator::StepInputs;
 
 /// Equations of motion of a legged robot and their integration, from which
 /// [`LeggedPlant`](crate::LeggedPlant) makes a plant.

@@ -16,10 +16,10 @@ use crate::ground_friction::GroundFriction;
 use crate::limits::{Excesses, Limits};
 use crate::push::Push;
 use crate::push_schedule::PushSchedule;
-use crate::set_points::{Ramp, SetPoint, SetPoints, StepInputs};
 use crate::setup::{Base, Drives, Setup};
 use crate::signals::Signals;
 use crate::window::Window;
+use twinrig_actuator::{Ramp, SetPoint, SetPoints, StepInputs};
 
 /// Plant of a legged robot with the given dynamics.
 #[derive(Debug, Clone)]

@@ -1,13 +1,12 @@
 //! Simulation setup common to all plants of a robot.
 
-use twinrig_actuator::{DcMotor, PositionServo};
+use twinrig_actuator::{DcMotor, PositionServo, SetPoint};
 use twinrig_contact::Ground;
 use twinrig_kernel::SimDuration;
 use twinrig_robot::{Compliance, LegMount, Robot};
 
 use crate::LEGS;
 use crate::error::LeggedError;
-use crate::set_points::SetPoint;
 use crate::start::Start;
 
 /// Degrees of freedom of the trunk.

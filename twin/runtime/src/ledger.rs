@@ -1,7 +1,8 @@
 //! Energy balance of a plant.
 
 use serde::{Deserialize, Serialize};
-use twinrig_runtime::EnergyBalance;
+
+use crate::plant::EnergyBalance;
 
 /// Kinetic, spring and gravity energy \[J\].
 pub type Stored = [f64; 3];
