@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::imports::Imports;
 
 /// Exchangeable plants and controllers, on which only the rig and what is above it may depend.
-const EXCHANGEABLE: &str = "bench drives gait lcp massless mujoco rapier script";
+const EXCHANGEABLE: &str = "bench gait lcp massless mujoco rapier script";
 
 /// Returns the full names of crates.
 fn full_names(names: &str) -> impl Iterator<Item = String> {

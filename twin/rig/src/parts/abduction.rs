@@ -1,6 +1,6 @@
 //! Hip-abduction servos beside a plant, which no plant simulates.
 
-use twinrig_drives::ServoBench;
+use twinrig_actuator::drives::ServoBench;
 use twinrig_kernel::{Port, signal};
 use twinrig_runtime::{CompositePlant, Plant};
 

@@ -1,7 +1,7 @@
 //! Plant of the robot's motors on a test bench, from scenario options.
 
+use twinrig_actuator::drives::{BenchMotors, Load, MotorBench, Shaft};
 use twinrig_document::Range;
-use twinrig_drives::{BenchMotors, Load, MotorBench, Shaft};
 use twinrig_kernel::Unit;
 use twinrig_scenario::{Accepts, ActuatorKind, OptionSpec};
 

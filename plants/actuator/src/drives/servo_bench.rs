@@ -1,17 +1,16 @@
 //! Test bench of position servos.
 
 use serde::{Deserialize, Serialize};
-use twinrig_actuator::PositionServo;
 use twinrig_kernel::{
     Direction, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal,
 };
-use twinrig_legged::{Ledger, Ramp, SetPoint, SetPoints};
 use twinrig_robot::Servo;
 use twinrig_runtime::interrupt::LongLoop;
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Ledger, Plant, PlantFault, PlantState, WorkCounts};
 
-use crate::error::{DrivesError, reject_duplicates};
-use crate::response::flush_to_zero;
+use super::error::{DrivesError, reject_duplicates};
+use super::response::flush_to_zero;
+use crate::{PositionServo, Ramp, SetPoint, SetPoints};
 
 /// Greatest step length.
 const STEP: SimDuration = SimDuration::from_millis(1);

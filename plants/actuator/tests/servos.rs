@@ -1,8 +1,8 @@
 //! Test bench of servos.
 
-use twinrig_drives::ServoBench;
+use twinrig_actuator::SetPoint;
+use twinrig_actuator::drives::ServoBench;
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::SetPoint;
 use twinrig_robot::Servo;
 use twinrig_runtime::Plant;
 

@@ -1,6 +1,6 @@
 //! Errors of test benches.
 
-use twinrig_actuator::{MotorError, ServoError};
+use crate::{MotorError, ServoError};
 
 /// Reason why a bench cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

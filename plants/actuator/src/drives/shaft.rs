@@ -1,10 +1,10 @@
 //! Shaft: a motor with its load.
 
-use twinrig_actuator::{DcMotor, MotorLine};
 use twinrig_robot::Motor;
 
-use crate::error::DrivesError;
-use crate::response::{Course, Response};
+use super::error::DrivesError;
+use super::response::{Course, Response};
+use crate::{DcMotor, MotorLine};
 
 /// Load of a shaft, behind the gear.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -3,7 +3,7 @@
 
 use twinrig_kernel::SimDuration;
 
-use crate::shaft::{Responses, ShaftModel};
+use super::shaft::{Responses, ShaftModel};
 
 /// Number of entries; an entry's index is the length modulo this number.
 const ENTRIES: usize = 64;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use twinrig_actuator::DcMotor;
-use twinrig_drives::{BenchMotors, DrivesError, Load, MotorBench, Shaft};
+use twinrig_actuator::drives::{BenchMotors, DrivesError, Load, MotorBench, Shaft};
 use twinrig_kernel::{Direction, Layout, SimTime};
 use twinrig_robot::{Motor, RobotFile};
 use twinrig_runtime::Plant;

@@ -8,7 +8,7 @@
 //!
 //! ```
 //! use std::path::Path;
-//! use twinrig_drives::{BenchMotors, MotorBench, Shaft};
+//! use twinrig_actuator::drives::{BenchMotors, MotorBench, Shaft};
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;

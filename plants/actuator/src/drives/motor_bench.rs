@@ -2,12 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimTime, Snapshot, SnapshotError, Unit, signal};
-use twinrig_legged::Ledger;
-use twinrig_runtime::{EnergyBalance, Plant, PlantFault, PlantState, WorkCounts};
+use twinrig_runtime::{EnergyBalance, Ledger, Plant, PlantFault, PlantState, WorkCounts};
 
-use crate::cache::Cache;
-use crate::error::{DrivesError, reject_duplicates};
-use crate::shaft::{Drive, Shaft, ShaftModel};
+use super::cache::Cache;
+use super::error::{DrivesError, reject_duplicates};
+use super::shaft::{Drive, Shaft, ShaftModel};
 
 /// Joints of a leg that have a motor, in the order of the ports.
 const JOINTS: [&str; 2] = ["hip", "knee"];

@@ -2,7 +2,7 @@
 //! second, at distances that drift by nanoseconds.
 
 use divan::Bencher;
-use twinrig_drives::{BenchMotors, MotorBench, Shaft};
+use twinrig_actuator::drives::{BenchMotors, MotorBench, Shaft};
 use twinrig_kernel::SimTime;
 use twinrig_robot::RobotFile;
 use twinrig_runtime::Plant;
