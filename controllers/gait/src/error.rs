@@ -60,7 +60,7 @@ pub enum GaitError {
         /// Name of the leg.
         name: String,
         /// Reason.
-        source: twinrig_leg::LegError,
+        source: twinrig_robot::leg::LegError,
     },
     /// Unknown name of a leg.
     #[error("there is no leg `{name}`; the robot has {known}")]

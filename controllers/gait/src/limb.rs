@@ -3,7 +3,7 @@
 use core::ops::RangeInclusive;
 
 use twinrig_kernel::{Port, Unit, signal};
-use twinrig_leg::{LegCommand, Pantograph, Planar};
+use twinrig_robot::leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::{LegMount, Robot};
 
 use crate::{Corner, GaitError};

@@ -182,9 +182,9 @@ mod tests {
         stand.set_variable(3, -0.01).unwrap();
         let mut outputs = [0.0; 4];
         stand.step(SimDuration::ZERO, &[], &mut outputs);
-        let leg = twinrig_leg::Pantograph::new(&robot.legs[3].leg).unwrap();
+        let leg = twinrig_robot::leg::Pantograph::new(&robot.legs[3].leg).unwrap();
         let expected = leg
-            .inverse_closed(twinrig_leg::Planar::new(-0.01, -0.12))
+            .inverse_closed(twinrig_robot::leg::Planar::new(-0.01, -0.12))
             .unwrap();
         assert_eq!(outputs[2..], [expected.hip, expected.knee]);
         let names: Vec<_> = stand.ports().into_iter().map(|port| port.name).collect();

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, Snapshot};
-use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::{LegCommand, Pantograph, Planar};
 use twinrig_runtime::{Limit, Process, ProcessVariable, VariableError};
 
 use crate::{Cpg, FootLocus, Gait, GaitError, LocusShape};

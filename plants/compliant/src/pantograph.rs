@@ -5,7 +5,7 @@
 //! and where rod and third link are in one line, lengths have no derivative, and a stop in them
 //! would let the leg through.
 
-use twinrig_leg::Pantograph;
+use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{Compliance, Leg};
 
 use crate::element::Element;

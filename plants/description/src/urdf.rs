@@ -6,8 +6,8 @@
 
 use core::fmt::Write;
 
-use twinrig_leg::{Joints, LegError, Pantograph};
 use twinrig_legged::Segment;
+use twinrig_robot::leg::{Joints, LegError, Pantograph};
 use twinrig_robot::{Leg, LegMount, Robot, Servo};
 
 /// Axial moment of inertia of segments: a thin rod has none, but other programs require a positive

@@ -1,7 +1,7 @@
 //! Errors of robots and setups common to all plants.
 
 use twinrig_actuator::{MotorError, ServoError};
-use twinrig_leg::{LegError, Stop};
+use twinrig_robot::leg::{LegError, Stop};
 
 /// Invalid robot or setup of a plant.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

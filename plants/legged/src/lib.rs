@@ -8,7 +8,7 @@
 //! ```
 //! use std::path::Path;
 //! use twinrig_kernel::SimDuration;
-//! use twinrig_leg::Pantograph;
+//! use twinrig_robot::leg::Pantograph;
 //! use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, StartPose};
 //! use twinrig_robot::RobotFile;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -4,8 +4,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Ground;
 use twinrig_kernel::{SimTime, signal};
-use twinrig_leg::{Pantograph, Stop};
 use twinrig_robot::LegMount;
+use twinrig_robot::leg::{Pantograph, Stop};
 use twinrig_runtime::{Limit, LimitViolation};
 
 use crate::LEGS;

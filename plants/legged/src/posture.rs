@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use twinrig_contact::Ground;
 use twinrig_kernel::{SimTime, signal};
-use twinrig_leg::Pantograph;
+use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{LegMount, Robot};
 use twinrig_runtime::PlantState;
 

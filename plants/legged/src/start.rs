@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use twinrig_leg::{Joints, LegCommand, LegError, Pantograph, Planar, Pose, Stop};
+use twinrig_robot::leg::{Joints, LegCommand, LegError, Pantograph, Planar, Pose, Stop};
 
 use crate::error::LeggedError;
 

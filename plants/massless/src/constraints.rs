@@ -4,8 +4,8 @@ mod losses;
 mod rates;
 
 use twinrig_contact::{Bound, Method, Problem, Solution, SolveError};
-use twinrig_leg::Stop;
 use twinrig_legged::LEGS;
+use twinrig_robot::leg::Stop;
 
 use crate::midpoint::{Midpoint, Placement};
 use crate::mobility::{Mobility, Response};

@@ -12,8 +12,8 @@
 //! ```
 
 use nalgebra::{Matrix2x6, Matrix3, Matrix3x6, Matrix6, Vector3, Vector6};
-use twinrig_leg::{Gradient, Planar};
 use twinrig_legged::{Base, LEGS};
+use twinrig_robot::leg::{Gradient, Planar};
 
 use crate::inertia::{inverse_of_symmetric, trunk_inertia};
 use crate::model::{LegModel, Model};

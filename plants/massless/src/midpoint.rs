@@ -3,8 +3,8 @@
 use libm::sincos;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
-use twinrig_leg::{Gradient, LegError, Planar, Pose};
 use twinrig_legged::{ExternalLoad, LEGS};
+use twinrig_robot::leg::{Gradient, LegError, Planar, Pose};
 
 use crate::mobility::Mobility;
 use crate::model::{GRAVITY, LegModel, Model};

@@ -3,9 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 use twinrig_compliant::lanes::Features;
 use twinrig_contact::Ground;
-use twinrig_leg::{EnergyTable, Pantograph};
 use twinrig_legged::{Base, Constraints, DriveModels, LEGS, LeggedError, Setup, positive};
 pub(crate) use twinrig_robot::GRAVITY;
+use twinrig_robot::leg::{EnergyTable, Pantograph};
 use twinrig_robot::{JointFriction, Robot};
 
 /// Method for the force of a leg's springs.

@@ -1,8 +1,8 @@
 //! Accelerations, or changes of velocity, of all coordinates.
 
 use nalgebra::{Vector3, Vector6};
-use twinrig_leg::Planar;
 use twinrig_legged::LEGS;
+use twinrig_robot::leg::Planar;
 
 use crate::rows::Row;
 use crate::state::State;

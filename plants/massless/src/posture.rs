@@ -6,8 +6,8 @@
 
 use nalgebra::Vector3;
 use twinrig_kernel::signal;
-use twinrig_leg::Planar;
 use twinrig_legged::{DriveModels, LegPosture, PartFault, Posture};
+use twinrig_robot::leg::Planar;
 
 use crate::drives::Inputs;
 use crate::flow::Flow;

@@ -6,8 +6,8 @@ use std::ops::Add;
 use libm::atan2;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
-use twinrig_leg::{Planar, Stop};
 use twinrig_legged::{FootMotion, LEGS, Readings, surfaces_below};
+use twinrig_robot::leg::{Planar, Stop};
 use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;

@@ -3,8 +3,8 @@
 use libm::sincos;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
-use twinrig_leg::{Gradient, LegError, Length, Planar, Pose, Stop, Velocity};
 use twinrig_robot::JointFriction;
+use twinrig_robot::leg::{Gradient, LegError, Length, Planar, Pose, Stop, Velocity};
 
 use crate::model::LegModel;
 use crate::state::State;

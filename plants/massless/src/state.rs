@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
-use twinrig_leg::Planar;
 use twinrig_legged::LEGS;
+use twinrig_robot::leg::Planar;
 
 /// Components of the trunk: position, attitude, velocity, angular velocity.
 const TRUNK: usize = 13;

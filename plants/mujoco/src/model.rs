@@ -1,8 +1,8 @@
 //! Constant data of the plant: the robot's parameters and the ground.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, DriveModels, LeggedError, Posture, Segment, positive};
+use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{LegMount, Payload, Robot};
 
 use crate::options::{Coordinates, MujocoError, Numerics, Options};

@@ -2,8 +2,8 @@
 
 use rapier3d_f64::math::Vector;
 use twinrig_contact::Ground;
-use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, DriveModels, Drives, Segment, positive};
+use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{LegMount, Robot};
 
 use crate::options::{Joints, Options, RapierError};

@@ -16,12 +16,14 @@
 //! # Ok::<(), twinrig_robot::RobotError>(())
 //! ```
 //!
-//! Out of scope: computations with the parameters (`twinrig-leg`), simulation, and legs other than
-//! pantographs.
+//! The geometry and statics of a leg with these parameters are in [`leg`].
+//!
+//! Out of scope: simulation, and legs other than pantographs.
 
 mod error;
 mod example;
 mod file;
+pub mod leg;
 mod parameters;
 mod payload;
 mod ranges;

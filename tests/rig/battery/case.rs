@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 
 use twinrig::robot::Robot;
 use twinrig_kernel::{SimDuration, Stream, stream};
-use twinrig_leg::Pantograph;
+use twinrig_robot::leg::Pantograph;
 
 /// Plants of the battery, by integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -7,7 +7,7 @@ use twinrig::robot::{LegMount, Robot, RobotFile};
 use twinrig::runtime::{EnergyBalance, Group, Observer, PlantState, RunEvent};
 use twinrig::{Assembly, Registry};
 use twinrig_kernel::{Layout, signal};
-use twinrig_leg::Pantograph;
+use twinrig_robot::leg::Pantograph;
 
 use crate::battery::case::Case;
 use crate::battery::momentum::{Momentum, momentum};

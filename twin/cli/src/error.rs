@@ -57,7 +57,7 @@ pub enum TwinError {
         /// Name or path of the robot.
         robot: String,
         /// Reason.
-        source: twinrig_leg::LegError,
+        source: twinrig_robot::leg::LegError,
     },
     /// Robot that cannot be exported to a format.
     #[error("error: {robot} cannot be written as {language}: {}", chain(source.as_ref()))]

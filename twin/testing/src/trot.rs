@@ -1,8 +1,8 @@
 //! Trot as a test input.
 
-use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_legged::Setup;
 use twinrig_robot::Robot;
+use twinrig_robot::leg::{LegCommand, Pantograph, Planar};
 
 /// A trot in the air: feet on half ellipses, diagonal pairs half a cycle apart, without regard to
 /// duty factor or springs.

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use twinrig_kernel::{Direction, SimDuration, Snapshot};
-use twinrig_leg::{LegCommand, Pantograph};
+use twinrig_robot::leg::{LegCommand, Pantograph};
 use twinrig_robot::{LegMount, Robot};
 use twinrig_runtime::{Process, ProcessVariable};
 

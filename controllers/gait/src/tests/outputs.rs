@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use twinrig_kernel::SimDuration;
-use twinrig_leg::Pantograph;
 use twinrig_robot::Robot;
+use twinrig_robot::leg::Pantograph;
 use twinrig_runtime::{Process, VariableError};
 
 use super::{LEGS, PERIOD, cpg, index, run, set};

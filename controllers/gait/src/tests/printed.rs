@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
-use twinrig_leg::{Pantograph, Planar};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::{Pantograph, Planar};
 use twinrig_runtime::Process;
 
 use super::{LEGS, PERIOD, bits, cpg, run, set};

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 use twinrig_description::urdf;
-use twinrig_leg::{Joints, Pantograph};
 use twinrig_legged::Segment;
+use twinrig_robot::leg::{Joints, Pantograph};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_testing::python;
 
@@ -79,7 +79,8 @@ impl Composite {
                 .pose_of_angles(leg.angles(angles.hip, Joints { q2, q3 }))
                 .unwrap();
             let hip = Vector3::from(mount.hip);
-            let place = |point: twinrig_leg::Planar| hip + Vector3::new(point.x, 0.0, point.y);
+            let place =
+                |point: twinrig_robot::leg::Planar| hip + Vector3::new(point.x, 0.0, point.y);
             let [first, second, third] = pose.along.map(|e| Vector3::new(e.x, 0.0, e.y));
             let (knee, ankle) = (place(pose.knee), place(pose.ankle));
             let segments = Segment::of(&mount.leg);

@@ -1,6 +1,6 @@
 //! Constants of the equations of a leg, from the robot file.
 
-use twinrig_leg::Pantograph;
+use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{Leg, LegMount};
 
 use crate::model::real::Lanes;

@@ -1,8 +1,8 @@
 //! Constant part of the plant: masses, geometry, drives, and base.
 
 use twinrig_contact::Ground;
-use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, DriveModels, LEGS, LeggedError, Setup, positive};
+use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{GRAVITY, Robot};
 
 use crate::model::constants::{Constants, LANES};

@@ -2,9 +2,9 @@
 
 use twinrig_kernel::SimDuration;
 use twinrig_lcp::{Lcp, LcpError, Method, Options};
-use twinrig_leg::{LegCommand, LegError, Pantograph, Planar};
 use twinrig_legged::{Base, LeggedError, Setup};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::{LegCommand, LegError, Pantograph, Planar};
 use twinrig_testing::robots::{pose, robot, with_legs};
 
 use crate::harness::{DEFAULT, INTEGRATIONS, build, lcp, standing_setup, suspended};

@@ -1,7 +1,7 @@
 //! Stops and cables that are reached, overloaded and released.
 
-use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, Drives, Setup};
+use twinrig_robot::leg::Pantograph;
 use twinrig_runtime::{Plant, PlantEventKind};
 use twinrig_testing::robots::{LEGS, SERVO, robot};
 

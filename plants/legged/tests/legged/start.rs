@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_legged::{Base, Drives, LeggedError, SetPoint, Setup, Start, StartPose};
+use twinrig_robot::leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_robot::{Robot, RobotFile};
 
 fn robot() -> Robot {

@@ -10,10 +10,10 @@ use twinrig_compliant::{
 };
 use twinrig_contact::Surface;
 use twinrig_kernel::signal;
-use twinrig_leg::Planar;
 use twinrig_legged::{
     Base, DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
 };
+use twinrig_robot::leg::Planar;
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::PlantState;
 

@@ -3,8 +3,8 @@ use proptest::prelude::*;
 use twinrig_compliant::frame::rotation;
 use twinrig_compliant::lanes::{Features, Quad};
 use twinrig_compliant::{DriveLaws, Element, Equations, Flow};
-use twinrig_leg::{Gradient, Planar};
 use twinrig_legged::{Base, Drives, Ledger, Setup, StepInputs};
+use twinrig_robot::leg::{Gradient, Planar};
 use twinrig_robot::{GRAVITY, JointFriction, OneSided, PointMass, Robot};
 use twinrig_testing::robots::{SERVO, SERVOS, pose, robot, robot_named, standing, with_legs};
 

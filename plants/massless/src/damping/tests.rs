@@ -1,8 +1,8 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
-use twinrig_leg::Planar;
 use twinrig_legged::{Base, Drives, LEGS, SetPoint, Setup, Start};
+use twinrig_robot::leg::Planar;
 use twinrig_robot::{JointFriction, RobotFile};
 
 use super::Damping;

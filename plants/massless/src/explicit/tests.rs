@@ -1,9 +1,9 @@
 //! The largest stable step against its closed form.
 
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_leg::{EnergyTable, Joints, Pantograph, Planar, Pose};
 use twinrig_legged::{Base, Drives, LeggedPlant, Push, PushShape, PushTarget, Setup};
 use twinrig_legged::{SetPoint, StartPose};
+use twinrig_robot::leg::{EnergyTable, Joints, Pantograph, Planar, Pose};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 

@@ -3,8 +3,8 @@
 use nalgebra::{Matrix2, Rotation3, SymmetricEigen, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_leg::{LegCommand, Pantograph, Planar};
 use twinrig_legged::{Base, Drives, LeggedPlant, SetPoint, Setup};
+use twinrig_robot::leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 

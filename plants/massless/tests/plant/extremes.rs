@@ -2,10 +2,10 @@
 
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, LeggedError, Setup};
 use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::LegCommand;
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::{LEGS, robot, robot_named};

@@ -1,8 +1,8 @@
 //! Forces from energy tables against forces in closed form.
 
-use twinrig_leg::{EnergyTable, Pantograph};
 use twinrig_legged::Setup;
 use twinrig_massless::Force;
+use twinrig_robot::leg::{EnergyTable, Pantograph};
 use twinrig_testing::robots::{robot, robot_named};
 use twinrig_testing::trot::Trot;
 

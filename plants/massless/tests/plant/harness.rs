@@ -1,10 +1,10 @@
 //! Setups and plants of the tests.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_leg::{Pantograph, Planar};
 use twinrig_legged::Setup;
 use twinrig_massless::{Force, Massless, Options};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::{Pantograph, Planar};
 use twinrig_testing::plant_harness::PlantHarness;
 use twinrig_testing::robots::{SERVOS, standing};
 use twinrig_testing::trot::Trot;

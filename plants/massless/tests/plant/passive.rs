@@ -1,10 +1,10 @@
 //! Legs without drives, and starts from joint angles and rates.
 
 use twinrig_kernel::Direction;
-use twinrig_leg::Pantograph;
 use twinrig_legged::{Base, Drives, LeggedError, SetPoint, Setup, StartPose};
 use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::Pantograph;
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot;

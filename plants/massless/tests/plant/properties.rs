@@ -3,9 +3,9 @@
 use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_leg::{Pantograph, Stop};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_massless::Massless;
+use twinrig_robot::leg::{Pantograph, Stop};
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::{LEGS, SERVO, robot};

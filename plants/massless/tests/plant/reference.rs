@@ -3,9 +3,9 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_leg::LegCommand;
 use twinrig_legged::{Base, Drives, SetPoint, Setup};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::LegCommand;
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::robot;
 

@@ -1,8 +1,8 @@
 //! Standing and sticking: ground forces and cable tensions.
 
-use twinrig_leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::{LEGS, robot, robot_named};
 

@@ -7,7 +7,7 @@
 
 use core::fmt::Write;
 
-use twinrig_leg::Joints;
+use twinrig_robot::leg::Joints;
 
 use super::sections::{Sections, line, triple};
 use super::shape::{SEGMENTS, SegmentPlacement, write as shape};

@@ -1,8 +1,8 @@
 //! Side and top view of a robot: trunk, hips and extended legs.
 
 use twinrig_kernel::Unit;
-use twinrig_leg::{Joints, LegError, Pantograph};
 use twinrig_robot::Robot;
+use twinrig_robot::leg::{Joints, LegError, Pantograph};
 
 use super::canvas::{Canvas, Px, Rect};
 use super::panel::{Extent, Frame, Label};

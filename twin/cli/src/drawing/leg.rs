@@ -1,7 +1,7 @@
 //! Drawing of a leg in its plane, in one pose.
 
 use twinrig_kernel::Unit;
-use twinrig_leg::{Joints, LegError, Pantograph, Planar, Pose};
+use twinrig_robot::leg::{Joints, LegError, Pantograph, Planar, Pose};
 use twinrig_robot::{Leg, Spring};
 
 use super::canvas::{Canvas, Px};

@@ -10,7 +10,7 @@ mod symbols;
 #[cfg(test)]
 mod tests;
 
-use twinrig_leg::LegError;
+use twinrig_robot::leg::LegError;
 use twinrig_robot::{Robot, RobotFile};
 
 use body::{SeenRobot, View};

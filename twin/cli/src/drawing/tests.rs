@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use proptest::prelude::*;
-use twinrig_leg::Pantograph;
+use twinrig_robot::leg::Pantograph;
 
 use super::*;
 

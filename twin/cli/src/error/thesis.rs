@@ -70,7 +70,7 @@ pub enum ThesisError {
     Leg {
         /// Reason.
         #[from]
-        source: twinrig_leg::LegError,
+        source: twinrig_robot::leg::LegError,
     },
     /// Cell whose models cannot be evaluated.
     #[error("the cells cannot be evaluated: {source}")]

@@ -49,7 +49,7 @@ pub use twinrig_gait as gait;
 pub use twinrig_kernel::{
     Direction, Port, SignalKind, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal,
 };
-pub use twinrig_leg::{LegCommand, LegError, Pantograph, Planar};
+pub use twinrig_robot::leg::{LegCommand, LegError, Pantograph, Planar};
 pub use twinrig_robot::{Leg, LegMount, Robot};
 pub use twinrig_runtime::{Bound, Process, ProcessVariable, VariableError};
 pub use twinrig_scenario::{Accepts, LegFact, OptionSpec, OptionValue, Options};

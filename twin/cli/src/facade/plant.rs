@@ -78,9 +78,9 @@ pub use twinrig_kernel::{
     Unit, signal,
 };
 pub use twinrig_lcp::Lcp;
-pub use twinrig_leg::{LegCommand, LegError, Pantograph, Planar};
 pub use twinrig_massless::Massless;
 pub use twinrig_robot::Robot;
+pub use twinrig_robot::leg::{LegCommand, LegError, Pantograph, Planar};
 pub use twinrig_runtime::{
     CompositePlant, Coupling, EnergyBalance, FixedStepCoupling, GridInputs, NameClash, Plant,
     PlantEvent, PlantEventKind, PlantFault, PlantState, WorkCounts, ZeroGridStep,

@@ -12,6 +12,6 @@
 //! ```
 
 #[doc(inline)]
-pub use twinrig_leg::*;
+pub use twinrig_robot::leg::*;
 #[doc(inline)]
 pub use twinrig_robot::*;

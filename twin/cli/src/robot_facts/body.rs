@@ -1,8 +1,8 @@
 //! Facts of the body: mass, inertia, places of the hips.
 
 use twinrig_kernel::Unit;
-use twinrig_leg::{Joints, LegError, Pantograph, Planar};
 use twinrig_legged::Segment;
+use twinrig_robot::leg::{Joints, LegError, Pantograph, Planar};
 use twinrig_robot::{LegMount, Robot};
 
 use super::fact::Fact;

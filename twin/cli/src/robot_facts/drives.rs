@@ -1,7 +1,7 @@
 //! Facts of the drives: torques and speeds, and what these are at a foot.
 
 use twinrig_kernel::Unit;
-use twinrig_leg::{LegError, Planar};
+use twinrig_robot::leg::{LegError, Planar};
 use twinrig_robot::{Motor, Robot, Servo};
 
 use super::fact::Fact;

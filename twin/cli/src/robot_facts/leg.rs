@@ -3,8 +3,8 @@
 use core::f64::consts::TAU;
 
 use twinrig_kernel::Unit;
-use twinrig_leg::{LegError, LoadedLength, Pantograph, Stop};
 use twinrig_legged::Segment;
+use twinrig_robot::leg::{LegError, LoadedLength, Pantograph, Stop};
 use twinrig_robot::{Leg, Robot};
 
 use super::fact::{Fact, shown};

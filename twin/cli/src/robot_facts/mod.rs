@@ -10,7 +10,7 @@ mod leg;
 mod text;
 
 use serde::Serialize;
-use twinrig_leg::LegError;
+use twinrig_robot::leg::LegError;
 use twinrig_robot::{Robot, RobotFile};
 
 use assumed::{Assumed, MARKS};

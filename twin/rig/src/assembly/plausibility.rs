@@ -3,7 +3,7 @@
 
 use twinrig_document::{Problem, Warning, print_quantity};
 use twinrig_kernel::Unit;
-use twinrig_leg::{LegError, Pantograph};
+use twinrig_robot::leg::{LegError, Pantograph};
 use twinrig_robot::{LegMount, Robot, RobotFile};
 
 /// Least compression of a spring by the share of the weight, as a share of the length of the leg:

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use twinrig_contact::{Ground, HeightField, Levels, Patch, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
-use twinrig_leg::LegCommand;
 use twinrig_legged::{
     Base, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup, Signals, Start,
 };
+use twinrig_robot::leg::LegCommand;
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,

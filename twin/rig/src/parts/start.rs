@@ -1,9 +1,9 @@
 //! Start of the legs that a scenario gives, and why a leg does not have it.
 
 use twinrig_document::Problem;
-use twinrig_leg::{Pantograph, Stop};
 use twinrig_legged::{LeggedError, Start, StartPose};
 use twinrig_robot::LegMount;
+use twinrig_robot::leg::{Pantograph, Stop};
 use twinrig_scenario::{Base, StartPose as SceneStart};
 
 use crate::parts::context::PlantContext;

@@ -1,7 +1,7 @@
 //! Text of a new scenario, with the lengths of its robot.
 
-use twinrig_leg::Pantograph;
 use twinrig_robot::RobotFile;
+use twinrig_robot::leg::Pantograph;
 
 use crate::args::NewArgs;
 use crate::error::TwinError;

@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use libm::{cos, sin, sqrt};
-use twinrig_leg::{Pantograph, Planar};
 use twinrig_robot::Toe;
+use twinrig_robot::leg::{Pantograph, Planar};
 
 use crate::error::ThesisError;
 use crate::error::TwinError;
@@ -93,7 +93,7 @@ pub(crate) const FIG_2_9: Item = Item {
         ),
     ],
     measure: fig_2_9,
-    commands: &["cargo test -p twinrig-leg greatest_axial_stiffness"],
+    commands: &["cargo test -p twinrig-robot greatest_axial_stiffness"],
 };
 
 fn fig_2_9(context: &Context<'_>) -> Result<Measurements, TwinError> {

@@ -1,8 +1,8 @@
 //! Axial stiffness of the leg, and its length under a load.
 
-use crate::LegError;
-use crate::equilibrium::Stop;
-use crate::pantograph::Pantograph;
+use crate::leg::LegError;
+use crate::leg::equilibrium::Stop;
+use crate::leg::pantograph::Pantograph;
 
 /// Range of lengths for the greatest stiffness, as shares of the greatest length: shorter ones are
 /// not reached in a gait, and at the end the preload closes the pantograph.
@@ -120,9 +120,9 @@ impl Pantograph {
 
 #[cfg(test)]
 mod tests {
+    use crate::Leg;
     use libm::sqrt;
     use proptest::prelude::*;
-    use twinrig_robot::Leg;
 
     use super::*;
 

@@ -1,9 +1,9 @@
 //! Pantograph mechanism: lengths, derived quantities and inverse kinematics.
 
+use crate::Leg;
 use libm::{acos, atan2, cos, sin, sqrt};
-use twinrig_robot::Leg;
 
-use crate::LegError;
+use crate::leg::LegError;
 
 /// A planar vector in the leg plane: x forward, z up \[m\].
 pub type Planar = nalgebra::Vector2<f64>;

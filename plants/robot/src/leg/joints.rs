@@ -3,8 +3,8 @@
 
 use libm::{cos, sin, sqrt};
 
-use crate::LegError;
-use crate::pantograph::{Pantograph, angle_of};
+use crate::leg::LegError;
+use crate::leg::pantograph::{Pantograph, angle_of};
 
 /// Passive joints of the leg relative to the reference pose, as in the thesis (A.2): both zero when
 /// extended, `q2 ≤ 0` flexes the knee, `q2 + q3 ≥ 0` opens the pantograph \[rad\].

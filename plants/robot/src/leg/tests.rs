@@ -4,9 +4,9 @@
 use libm::{cos, sin};
 use proptest::prelude::*;
 
-use twinrig_robot::Leg;
+use crate::Leg;
 
-use crate::*;
+use crate::leg::*;
 
 fn leg() -> Pantograph {
     Pantograph::new(&Leg::example()).unwrap()
@@ -341,11 +341,11 @@ fn invalid_legs_and_poses_are_typed_errors() {
         Err(LegError::Straight { .. })
     ));
     for invalidate in [
-        |l: &mut twinrig_robot::Leg| l.l1 = -1.0,
-        |l: &mut twinrig_robot::Leg| l.l_delta = 0.06,
-        |l: &mut twinrig_robot::Leg| l.diagonal_min = 0.2,
-        |l: &mut twinrig_robot::Leg| l.parallel_travel = 0.1,
-        |l: &mut twinrig_robot::Leg| l.q2_ref = f64::NAN,
+        |l: &mut crate::Leg| l.l1 = -1.0,
+        |l: &mut crate::Leg| l.l_delta = 0.06,
+        |l: &mut crate::Leg| l.diagonal_min = 0.2,
+        |l: &mut crate::Leg| l.parallel_travel = 0.1,
+        |l: &mut crate::Leg| l.q2_ref = f64::NAN,
     ] {
         let mut invalid = Leg::example();
         invalidate(&mut invalid);

@@ -3,10 +3,10 @@
 
 use libm::{acos, atan2, cos, sin};
 
-use crate::LegError;
-use crate::joints::Joints;
-use crate::pantograph::{Pantograph, Planar, cross};
-use crate::pose::{Length, Pose};
+use crate::leg::LegError;
+use crate::leg::joints::Joints;
+use crate::leg::pantograph::{Pantograph, Planar, cross};
+use crate::leg::pose::{Length, Pose};
 
 /// Tolerance for rounding errors of poses at a stop \[m\].
 const ROUNDING: f64 = 1e-12;

@@ -2,9 +2,9 @@
 
 use libm::{atan2, cos, sin, sqrt};
 
-use crate::LegError;
-use crate::pantograph::{Pantograph, Planar, rotated};
-use crate::pose::Gradient;
+use crate::leg::LegError;
+use crate::leg::pantograph::{Pantograph, Planar, rotated};
+use crate::leg::pose::Gradient;
 
 /// Sine of the ankle angle below which the leg counts as folded: the energy's derivatives grow
 /// without bound there, and the error bound excludes it.
@@ -276,7 +276,7 @@ fn domain(leg: &Pantograph, cells: usize) -> Result<(Axis, Axis), LegError> {
     let bottomed =
         (leg.diagonal_min * leg.diagonal_min - leg.l2 * leg.l2 - leg.l_delta * leg.l_delta)
             / (2.0 * leg.l2 * leg.l_delta);
-    let flexed = -crate::pantograph::angle_of(bottomed, "diagonal_min", leg.diagonal_min)?;
+    let flexed = -crate::leg::pantograph::angle_of(bottomed, "diagonal_min", leg.diagonal_min)?;
     let (mut spans, mut angles) = ((f64::INFINITY, 0.0_f64), (f64::INFINITY, f64::NEG_INFINITY));
     for i in 0..=SAMPLES {
         let q2_bar = flexed + (-leg.q2_ref - flexed) * i as f64 / SAMPLES as f64;

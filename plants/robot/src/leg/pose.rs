@@ -2,8 +2,8 @@
 
 use libm::{atan2, cos, sqrt};
 
-use crate::LegError;
-use crate::pantograph::{Pantograph, Planar, along, cross, rotated};
+use crate::leg::LegError;
+use crate::leg::pantograph::{Pantograph, Planar, along, cross, rotated};
 
 /// Sine of the ankle angle below which a pose is straight: forces in the segments would exceed 1e9
 /// times the force on the foot.

@@ -13,8 +13,8 @@
 //! the foot vertically below the hip.
 //!
 //! ```
-//! use twinrig_leg::{Pantograph, Planar};
-//! # fn main() -> Result<(), twinrig_leg::LegError> {
+//! use twinrig_robot::leg::{Pantograph, Planar};
+//! # fn main() -> Result<(), twinrig_robot::leg::LegError> {
 //! let leg = Pantograph::new(&twinrig_robot::Leg::example())?;
 //! let command = leg.inverse_closed(Planar::new(0.02, -0.13))?;
 //! let first = command.hip + leg.hip_reference();
