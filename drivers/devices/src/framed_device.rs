@@ -21,24 +21,18 @@ pub trait FramedDevice: Sized {
     /// Returns configurations for tests of all devices alike, one for each kind of board.
     fn examples() -> Vec<Self>;
 
-    /// Creates the device-specific part of the driver.
+    /// Creates the device-specific parts of the driver and of the emulated device.
     ///
     /// # Errors
     /// If the configuration is invalid.
-    fn protocol(&self) -> Result<Self::Protocol, Self::Error>;
-
-    /// Creates the device-specific part of the emulated device.
-    ///
-    /// # Errors
-    /// If the configuration is invalid.
-    fn emulation(&self) -> Result<Self::Emulation, Self::Error>;
+    fn sides(&self) -> Result<(Self::Protocol, Self::Emulation), Self::Error>;
 
     /// Creates the driver, which runs on the robot.
     ///
     /// # Errors
     /// If the configuration is invalid.
     fn driver(&self) -> Result<FramedDriver<Self::Protocol>, Self::Error> {
-        Ok(FramedDriver::new(self.protocol()?))
+        Ok(FramedDriver::new(self.sides()?.0))
     }
 
     /// Creates the emulated device.
@@ -46,7 +40,7 @@ pub trait FramedDevice: Sized {
     /// # Errors
     /// If the configuration is invalid.
     fn node(&self) -> Result<FramedNode<Self::Emulation>, Self::Error> {
-        Ok(FramedNode::new(self.emulation()?))
+        Ok(FramedNode::new(self.sides()?.1))
     }
 
     /// Creates the wire with the emulated device at its far end, and with the faults that are on

@@ -6,6 +6,7 @@ use std::ops::Bound;
 use twinrig_document::{Item, Range, Reported, Table};
 use twinrig_kernel::Unit;
 
+use crate::leg::third_side;
 use crate::parameters::{
     Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided, Robot,
     Servo, Spring, Toe, Trunk,
@@ -148,7 +149,7 @@ fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
         }
     }
     result?;
-    let diagonal_max = diagonal_length(leg);
+    let diagonal_max = third_side(leg.l2, leg.l_delta, leg.q2_ref);
     let diagonal_flat = leg.l2 - leg.l_delta;
     if leg.diagonal_min <= diagonal_flat || leg.diagonal_min >= diagonal_max {
         let message = format!(
@@ -199,13 +200,6 @@ fn report_preload(table: &Table<'_>, spring: &str, message: &str, help: String) 
     let preload = table.get(spring).and_then(|spring| spring.peek("preload"));
     let place = preload.map_or_else(|| table.key_place(spring), |preload| preload.place());
     table.report_at(&place, message, help)
-}
-
-/// Length of the diagonal in the extended leg (thesis, appendix A:
-/// `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
-fn diagonal_length(leg: &Leg) -> f64 {
-    let (l2, l_delta) = (leg.l2, leg.l_delta);
-    (l2 * l2 + l_delta * l_delta + 2.0 * l2 * l_delta * libm::cos(leg.q2_ref)).sqrt()
 }
 
 fn spring(table: &Table<'_>) -> Result<Spring, Reported> {

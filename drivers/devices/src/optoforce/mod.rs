@@ -54,13 +54,9 @@ impl FramedDevice for OptoForce {
         vec![sensor]
     }
 
-    fn protocol(&self) -> Result<OptoForceProtocol, OptoForceError> {
+    fn sides(&self) -> Result<(OptoForceProtocol, OptoForceEmulation), OptoForceError> {
         self.check()?;
-        Ok(OptoForceProtocol(self.clone()))
-    }
-
-    fn emulation(&self) -> Result<OptoForceEmulation, OptoForceError> {
-        self.check()?;
-        Ok(OptoForceEmulation::new(self.clone()))
+        let emulation = OptoForceEmulation::new(self.clone());
+        Ok((OptoForceProtocol(self.clone()), emulation))
     }
 }

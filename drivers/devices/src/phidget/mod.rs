@@ -63,13 +63,9 @@ impl FramedDevice for Phidget {
         boards.map(|(name, board)| Self::new(name, board)).into()
     }
 
-    fn protocol(&self) -> Result<PhidgetProtocol, PhidgetError> {
+    fn sides(&self) -> Result<(PhidgetProtocol, PhidgetEmulation), PhidgetError> {
         self.check()?;
-        Ok(PhidgetProtocol(self.clone()))
-    }
-
-    fn emulation(&self) -> Result<PhidgetEmulation, PhidgetError> {
-        self.check()?;
-        Ok(PhidgetEmulation::new(self.clone()))
+        let emulation = PhidgetEmulation::new(self.clone());
+        Ok((PhidgetProtocol(self.clone()), emulation))
     }
 }

@@ -58,13 +58,9 @@ impl FramedDevice for Rb110 {
         vec![board]
     }
 
-    fn protocol(&self) -> Result<Rb110Protocol, Rb110Error> {
+    fn sides(&self) -> Result<(Rb110Protocol, Rb110Emulation), Rb110Error> {
         self.check()?;
-        Ok(Rb110Protocol(self.clone()))
-    }
-
-    fn emulation(&self) -> Result<Rb110Emulation, Rb110Error> {
-        self.check()?;
-        Ok(Rb110Emulation::new(self.clone()))
+        let emulation = Rb110Emulation::new(self.clone());
+        Ok((Rb110Protocol(self.clone()), emulation))
     }
 }

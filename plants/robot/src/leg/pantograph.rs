@@ -23,6 +23,12 @@ pub(crate) fn along(angle: f64) -> Planar {
     Planar::new(sin(angle), -cos(angle))
 }
 
+/// Returns the third side of a triangle whose two others turn by an angle where they meet (thesis,
+/// appendix A: `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
+pub(crate) fn third_side(p: f64, q: f64, angle: f64) -> f64 {
+    sqrt(p * p + q * q + 2.0 * p * q * cos(angle))
+}
+
 /// Tolerance of lengths for rounding errors \[m\].
 const ROUNDING: f64 = 1e-12;
 
@@ -140,8 +146,6 @@ impl Pantograph {
                 why: "must be below 180°",
             });
         }
-        let third_side =
-            |p: f64, q: f64, angle: f64| sqrt(p * p + q * q + 2.0 * p * q * cos(angle));
         let diagonal_max = third_side(l2, l_delta, leg.q2_ref);
         if leg.diagonal_min <= (l2 - l_delta).abs() || leg.diagonal_min >= diagonal_max {
             let why = "must lie between |l2 - l_delta| and the diagonal of the extended leg";
