@@ -7,9 +7,9 @@ use twinrig_wire::{
 };
 
 /// Configuration of a device at a serial port of its own, of which both sides of the wire are made.
-pub trait FramedDevice: Sized {
+pub trait FramedDevice: Sized + 'static {
     /// Invalid configuration.
-    type Error: Error + From<WireError> + 'static;
+    type Error: Error + From<WireError> + Send + Sync + 'static;
     /// Requests to the device and interpretation of its messages.
     type Protocol: Protocol + 'static;
     /// Device-specific part of the emulated device.

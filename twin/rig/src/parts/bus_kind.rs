@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use twinrig_devices::FramedDevice;
 use twinrig_document::{DocumentError, Placed};
 use twinrig_estimate::Calibration;
 use twinrig_kernel::{Port, SimDuration, SimTime};
@@ -173,6 +174,20 @@ impl BusKind {
             driver: Box::new(move |context| Ok(Box::new(driver(context)?))),
             wire: Box::new(move |context| Ok(Box::new(wire(context)?))),
         }
+    }
+
+    /// Creates the kind of a device with faults, whose configuration is read from the scenario.
+    pub(crate) fn of_device<D: FramedDevice>(
+        name: &str,
+        about: &str,
+        config: fn(&BusContext<'_>) -> Result<D, BuildError>,
+    ) -> Self {
+        let driver = move |context: &BusContext<'_>| Ok(config(context)?.driver()?);
+        let wire = move |context: &BusContext<'_>| {
+            let faults = context.fault_schedule();
+            Ok(config(context)?.wire(&faults)?)
+        };
+        Self::new(name, about, driver, wire).with_faults()
     }
 
     /// Adds an option, a key of the bus table; its value is in [`BusContext::options`].

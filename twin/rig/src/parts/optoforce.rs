@@ -1,10 +1,8 @@
 //! `OptoForce` force sensors, from scenario options.
 
-use twinrig_devices::FramedDevice;
-use twinrig_devices::optoforce::{Cutoff, OptoForce, OptoForceDriver, SampleChoice, Speed};
+use twinrig_devices::optoforce::{Cutoff, OptoForce, SampleChoice, Speed};
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
-use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
@@ -40,8 +38,7 @@ const FILTERS: [(&str, Cutoff); 7] = [
 /// Returns the bus kind `optoforce`.
 pub(crate) fn kind() -> BusKind {
     let about = "force sensor on a separate serial port; measures one force of the plant";
-    let kind = BusKind::new("optoforce", about, driver, wire)
-        .with_faults()
+    let kind = BusKind::of_device("optoforce", about, config)
         .at_baud(BAUD)
         .measuring(|options| {
             options
@@ -93,14 +90,6 @@ fn options() -> Vec<OptionSpec> {
         ),
         clock_option(),
     ]
-}
-
-fn driver(context: &BusContext<'_>) -> Result<OptoForceDriver, BuildError> {
-    Ok(config(context)?.driver()?)
-}
-
-fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
 fn config(context: &BusContext<'_>) -> Result<OptoForce, BuildError> {

@@ -1,8 +1,6 @@
 //! Phidget bridges and interface kits, from scenario options.
 
-use twinrig_devices::FramedDevice;
-use twinrig_devices::phidget::{Board, Gain, Phidget, PhidgetDriver};
-use twinrig_runtime::Wire;
+use twinrig_devices::phidget::{Board, Gain, Phidget};
 use twinrig_scenario::{Accepts, OptionSpec};
 
 use crate::error::BuildError;
@@ -16,7 +14,7 @@ const INTERFACE_KIT: &str = "interface-kit";
 /// Returns the bus kind `phidget`.
 pub(crate) fn kind() -> BusKind {
     let about = "USB measurement board: bridge for load cells, or analog inputs";
-    let kind = BusKind::new("phidget", about, driver, wire).with_faults();
+    let kind = BusKind::of_device("phidget", about, config);
     let kind = kind.measuring(|options| signals(options, "inputs"));
     options().into_iter().fold(kind, BusKind::with_option)
 }
@@ -43,14 +41,6 @@ fn options() -> Vec<OptionSpec> {
         ),
         clock_option(),
     ]
-}
-
-fn driver(context: &BusContext<'_>) -> Result<PhidgetDriver, BuildError> {
-    Ok(config(context)?.driver()?)
-}
-
-fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
 fn config(context: &BusContext<'_>) -> Result<Phidget, BuildError> {

@@ -1,10 +1,8 @@
 //! RB-110 servo board of the robot's computer, from scenario options.
 
-use twinrig_devices::FramedDevice;
-use twinrig_devices::rb110::{AdcRange, PulseMap, Rb110, Rb110Driver, ServoLine};
+use twinrig_devices::rb110::{AdcRange, PulseMap, Rb110, ServoLine};
 use twinrig_document::Range;
 use twinrig_kernel::{Unit, signal};
-use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 use crate::error::BuildError;
@@ -24,9 +22,7 @@ const BAUD: u32 = 1_000_000;
 /// Returns the bus kind `rb110`.
 pub(crate) fn kind() -> BusKind {
     let about = "servo board of Oncilla's computer: hip abduction and analog inputs";
-    let kind = BusKind::new("rb110", about, driver, wire)
-        .with_faults()
-        .at_baud(BAUD);
+    let kind = BusKind::of_device("rb110", about, config).at_baud(BAUD);
     let kind = kind.measuring(|options| signals(options, "inputs"));
     options().into_iter().fold(kind, BusKind::with_option)
 }
@@ -68,14 +64,6 @@ fn options() -> Vec<OptionSpec> {
         ),
         clock_option(),
     ]
-}
-
-fn driver(context: &BusContext<'_>) -> Result<Rb110Driver, BuildError> {
-    Ok(config(context)?.driver()?)
-}
-
-fn wire(context: &BusContext<'_>) -> Result<impl Wire + use<>, BuildError> {
-    Ok(config(context)?.wire(&context.fault_schedule())?)
 }
 
 fn config(context: &BusContext<'_>) -> Result<Rb110, BuildError> {
