@@ -9,9 +9,14 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::imports::Imports;
+use crate::vocabulary::sources;
 
 /// Exchangeable plants and controllers, on which only the rig and what is above it may depend.
 const EXCHANGEABLE: &str = "bench gait lcp massless mujoco rapier script";
+/// The module of exchangeable plants in a crate on which others depend.
+const EXCHANGEABLE_MODULE: &str = "twinrig_actuator::drives";
+/// Folders of the rig and what is above it.
+const RIG_AND_ABOVE: [&str; 4] = ["twin/rig", "twin/experiment", "twin/cli", "tests"];
 
 /// Returns the full names of crates.
 fn full_names(names: &str) -> impl Iterator<Item = String> {
@@ -105,8 +110,7 @@ fn dependencies_match_the_table() {
 #[test]
 fn only_rig_and_above_depend_on_exchangeable_crates() {
     for (name, package) in packages() {
-        let folders = ["twin/rig", "twin/experiment", "twin/cli", "tests"];
-        if folders
+        if RIG_AND_ABOVE
             .iter()
             .any(|folder| package.folder.starts_with(folder))
         {
@@ -118,6 +122,11 @@ fn only_rig_and_above_depend_on_exchangeable_crates() {
                 "{name} depends on {other}, possibly in its tests only"
             );
         }
+    }
+    for (name, text) in sources(&["rs"]) {
+        let mut folders = RIG_AND_ABOVE.iter().chain(&["plants/actuator"]);
+        let may = folders.any(|folder| name.starts_with(folder));
+        assert!(may || !text.contains(EXCHANGEABLE_MODULE), "{name}");
     }
 }
 

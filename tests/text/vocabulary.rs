@@ -37,7 +37,7 @@ fn root() -> PathBuf {
 }
 
 /// Tracked text files with one of these extensions, with their contents.
-fn sources(extensions: &[&str]) -> Vec<(String, String)> {
+pub fn sources(extensions: &[&str]) -> Vec<(String, String)> {
     let listed = Command::new("git")
         .args(["ls-files", "-z"])
         .current_dir(root())
