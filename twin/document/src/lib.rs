@@ -43,6 +43,7 @@
 //! Out of scope: writing TOML, the meaning of any file, comments, dates.
 
 mod assumed;
+pub mod declaration;
 mod document;
 mod error;
 mod file;

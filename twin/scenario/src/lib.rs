@@ -105,7 +105,6 @@ mod options;
 mod pattern;
 mod read;
 mod recovery;
-mod reference;
 mod scenario;
 mod scene;
 mod schema;
@@ -129,13 +128,13 @@ pub use judge::{
     Outcome, Reference, RunEnd, SATURATED_SHARE_MAX, Similarity, TrackedDrive, TrackedLeg,
     TrackedLift, Tracking, TrackingReport, Verdict, Witness,
 };
+pub use language::language;
 pub use left_out::LeftOut;
 pub use limits::{Comparison, Limits};
 pub use loads::{PayloadSpec, SurfaceSpec};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use pattern::Pattern;
 pub use recovery::{Recovery, TrunkQuantity};
-pub use reference::{KeyReference, TableReference, language};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec, FootstepSpec,
     Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile, PulseShape, PushLoad,
@@ -144,3 +143,4 @@ pub use scenario::{
 pub use scene::{Scene, SensedSignal};
 pub use schema::schema;
 pub use sequence::{Condition, Relation, SequenceClaim};
+pub use twinrig_document::declaration::{KeyReference, TableReference};

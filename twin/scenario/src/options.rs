@@ -1,9 +1,7 @@
 //! Keys that a kind of part declares, and their values.
 
-use std::ops::RangeInclusive;
-
-use twinrig_document::{Placed, Range};
-use twinrig_kernel::{SimDuration, Unit};
+use twinrig_document::{Placed, declaration};
+use twinrig_kernel::SimDuration;
 use twinrig_runtime::Timing;
 
 /// A key that a kind accepts.
@@ -20,43 +18,7 @@ pub struct OptionSpec {
 }
 
 /// Accepted values of an option.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Accepts {
-    /// A quantity with a unit; a bare number where the unit is [`Unit::One`].
-    Quantity {
-        /// Its unit.
-        unit: Unit,
-        /// Its range, in that unit.
-        range: Range,
-    },
-    /// A duration, in whole nanoseconds.
-    Duration,
-    /// A duration longer than zero.
-    PositiveDuration,
-    /// A whole number within a range.
-    Natural(RangeInclusive<u64>),
-    /// True or false.
-    Boolean,
-    /// A plain number, true or false, or a text: only the part itself knows the type.
-    Scalar,
-    /// Any text.
-    Text,
-    /// A name that only the part itself can resolve, or a file name; its position is kept for
-    /// errors of the part.
-    Name,
-    /// A list of at least one such name.
-    Names,
-    /// One of these words.
-    Choice(Vec<String>),
-    /// A time model: a duration, a distribution, or a recorded trace.
-    Time,
-    /// A table of options.
-    Group(Vec<OptionSpec>),
-    /// A table with names chosen by the user and a value for each.
-    Table(Box<Accepts>),
-    /// One value for all members of a set (boards, legs), or a table with values of named members.
-    Each(Box<Accepts>),
-}
+pub type Accepts = declaration::Accepts<OptionSpec>;
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]

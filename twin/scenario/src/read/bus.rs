@@ -10,10 +10,9 @@ use super::names::{distinct_names, kind};
 use super::options::options;
 use crate::catalogue::Kind;
 use crate::language::{
-    BOOLEAN, DURATION, Declared, Key, POSITIVE_DURATION, Part, Shape, TableSpec, Type, Words,
-    choice, contextual, quantity, table,
+    Accepts, BOOLEAN, DURATION, Declared, Key, POSITIVE_DURATION, Part, Shape, Special, TableSpec,
+    Type, Words, choice, contextual, quantity, table,
 };
-use crate::options::Accepts;
 use crate::scenario::{BusSpec, FaultSpec};
 
 table! {
@@ -22,7 +21,7 @@ table! {
     NAME: Placed<String> = "name",
         Type::new(Shape::Pattern("^[^/=]+$"), |item, _| item.placed_text()),
         "name in signals and `--port NAME=DEVICE`", r#"name = "left""#, otherwise("the kind");
-    KIND: () = "kind", contextual(Shape::Kind(Part::Bus)), "kind of bus", r#"kind = "sbcp""#,
+    KIND: () = "kind", contextual(Shape::Other(Special::Kind(Part::Bus))), "kind of bus", r#"kind = "sbcp""#,
         required();
 }
 

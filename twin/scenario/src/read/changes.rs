@@ -11,9 +11,8 @@ use super::checks::above_nyquist;
 use super::{code, controller, print_duration};
 use crate::catalogue::{Catalogue, Kind};
 use crate::language::{
-    Declared, Key, POSITIVE_DURATION, Shape, TableSpec, Type, contextual, table,
+    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TableSpec, Type, contextual, table,
 };
-use crate::options::Accepts;
 use crate::scenario::{ChangeSpec, ControllerSpec};
 
 table! {

@@ -9,7 +9,7 @@ use super::names::kind;
 use super::options::options;
 use super::time::TIME;
 use crate::catalogue::{Kind, VariableSpec};
-use crate::language::{Key, POSITIVE_DURATION, Part, Shape, TableSpec, contextual, table};
+use crate::language::{Key, POSITIVE_DURATION, Part, Shape, Special, TableSpec, contextual, table};
 use crate::scenario::{ControllerSpec, IoSpec};
 
 /// Kind of a controller table without a controller.
@@ -19,7 +19,7 @@ table! {
     /// Keys of `[controller]` of every kind.
     pub(super) controller_table = TableSpec::new("[controller]", "controller and its variables")
         .selected_by("kind");
-    KIND: () = "kind", contextual(Shape::Kind(Part::Controller)), "controller; `none` for none",
+    KIND: () = "kind", contextual(Shape::Other(Special::Kind(Part::Controller))), "controller; `none` for none",
         r#"kind = "cpg""#, required();
     PERIOD: SimDuration = "period", POSITIVE_DURATION, "control period", r#"period = "2 ms""#,
         required();

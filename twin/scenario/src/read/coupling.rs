@@ -4,21 +4,23 @@ use twinrig_document::{Item, Reported};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::{Coupling, GridInputs};
 
-use crate::language::{Key, POSITIVE_DURATION, TableSpec, Words, choice, table};
+use crate::language::{Key, POSITIVE_DURATION, Shape, TableSpec, Type, table};
 
 const HELP: &str = "write \"exact\", or as in { grid = \"1 ms\" }";
 
-impl Words for GridInputs {
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("mean", GridInputs::Mean), ("held", GridInputs::Held)];
-}
+const INPUT_WORDS: [(&str, GridInputs); 2] =
+    [("mean", GridInputs::Mean), ("held", GridInputs::Held)];
+const INPUTS: Type<GridInputs> = Type::new(
+    Shape::Choice(|| INPUT_WORDS.map(|(word, _)| word).into()),
+    |item, _| item.choice(&INPUT_WORDS),
+);
 
 table! {
     /// Keys of `coupling`.
     pub(super) coupling_table = TableSpec::new("coupling", "communication grid of the plant");
     GRID: SimDuration = "grid", POSITIVE_DURATION,
         "step of the grid, which divides the observation period", r#"grid = "0.5 ms""#, required();
-    INPUTS: GridInputs = "inputs", choice(), "treatment of commands and samples in a step",
+    INPUTS: GridInputs = "inputs", super::INPUTS, "treatment of commands and samples in a step",
         r#"grid = "0.5 ms", inputs = "held""#, default("'mean'");
 }
 

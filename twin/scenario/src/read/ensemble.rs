@@ -3,8 +3,7 @@
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::Unit;
 
-use crate::language::{Key, Shape, TableSpec, Type, choice, quantity, table};
-use crate::options::Accepts;
+use crate::language::{Accepts, Key, Shape, TableSpec, Type, choice, quantity, table};
 use crate::read::options::natural;
 use crate::scenario::{EnsembleSpec, Varied};
 

@@ -4,8 +4,7 @@ use serde_json::json;
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::language::{DURATION, Key, Shape, TableSpec, Type, quantity, table};
-use crate::options::Accepts;
+use crate::language::{Accepts, DURATION, Key, Shape, TableSpec, Type, quantity, table};
 use crate::scenario::{FootstepSpec, LoadThreshold};
 
 const FORCE: Shape = Shape::One(Accepts::Quantity {

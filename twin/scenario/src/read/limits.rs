@@ -5,7 +5,7 @@ use twinrig_document::{Item, Range, Reported, print_quantity};
 use twinrig_kernel::Unit;
 
 use crate::domain::Domain;
-use crate::language::{Declared, Key, KeySpec, Shape, TableSpec, Type, contextual, table};
+use crate::language::{Declared, Key, KeySpec, Shape, Special, TableSpec, Type, contextual, table};
 use crate::limits::Limits;
 
 table! {
@@ -32,12 +32,12 @@ pub(super) fn either_centre_or_ends(schema: &mut serde_json::Value) {
 
 /// Returns limits of a measure.
 pub(super) const fn limits(unit: Unit, domain: Domain) -> Type<Limits> {
-    Type::new(Shape::Limits(unit, domain), read_shape)
+    Type::new(Shape::Other(Special::Limits(unit, domain)), read_shape)
 }
 
-/// Reads limits of the shape [`Shape::Limits`].
+/// Reads limits of the shape [`Special::Limits`].
 pub(super) fn read_shape(item: &Item<'_>, shape: &Shape) -> Result<Limits, Reported> {
-    let Shape::Limits(unit, domain) = shape else {
+    let Shape::Other(Special::Limits(unit, domain)) = shape else {
         unreachable!("limits");
     };
     read(item, *unit, domain)
@@ -47,7 +47,7 @@ pub(super) fn read_shape(item: &Item<'_>, shape: &Shape) -> Result<Limits, Repor
 macro_rules! limits_of {
     ($unit:expr, $domain:expr, $make:expr) => {
         Type::new(
-            $crate::language::Shape::Limits($unit, $domain),
+            $crate::language::Shape::Other($crate::language::Special::Limits($unit, $domain)),
             |item, shape| $crate::read::limits::read_shape(item, shape).map($make),
         )
     };

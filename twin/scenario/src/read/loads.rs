@@ -10,10 +10,9 @@ use super::code;
 use super::names::distinct_names;
 use super::vector::PLACE;
 use crate::language::{
-    Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, contextual, quantity, table,
+    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, contextual, quantity, table,
 };
 use crate::loads::{PayloadSpec, SurfaceSpec};
-use crate::options::Accepts;
 use crate::scenario::PlantSpec;
 
 /// Greatest payload \[kg\]: beyond, a unit is wrong.

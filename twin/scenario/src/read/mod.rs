@@ -27,5 +27,6 @@ mod vector;
 pub(crate) use checks::{code, print_duration};
 pub(crate) use controller::NO_CONTROLLER;
 pub(crate) use limits::limits_table;
+pub(crate) use plant::robot_keys;
 pub(crate) use root::root_table;
 pub(crate) use time::TIME;

@@ -11,28 +11,25 @@ use super::names::kind;
 use super::options::options;
 use crate::catalogue::{Catalogue, Kind};
 use crate::language::{
-    Declared, Key, NATURAL, Part, Shape, TableSpec, Type, Words, choice, contextual, quantity,
-    table,
+    Accepts, Declared, Key, NATURAL, Part, Shape, Special, TableSpec, Type, Words, choice,
+    contextual, quantity, table,
 };
-use crate::options::Accepts;
 use crate::scenario::{Base, Ground, Heights, PlantSpec, Profile, StartPose};
 
 table! {
     /// Keys of `[plant]` of every model.
     pub(super) plant_table = TableSpec::new("[plant]", "model of the physics, ground, initial pose")
         .selected_by("model");
-    MODEL: () = "model", contextual(Shape::Kind(Part::Plant)), "model", r#"model = "lcp""#,
+    MODEL: () = "model", contextual(Shape::Other(Special::Kind(Part::Plant))), "model", r#"model = "lcp""#,
         required();
-    BASE: Base = "base", choice(), "mobility of the trunk", r#"base = "fixed""#, default("'free'"),
-        of_robot();
+    BASE: Base = "base", choice(), "mobility of the trunk", r#"base = "fixed""#, default("'free'");
     LEGS: Vec<Placed<String>> = "legs", super::LEGS, "simulated legs", r#"legs = ["LF", "RH"]"#,
-        otherwise("all"), of_robot();
+        otherwise("all");
     GROUND: Ground = "ground", Type::new(Shape::Table(ground_table::TABLE), |item, _| ground(item)),
-        "ground", "ground = { friction = 0.6 }", otherwise("none: the robot hangs in the air"),
-        of_robot();
+        "ground", "ground = { friction = 0.6 }", otherwise("none: the robot hangs in the air");
     START: StartPose = "start", Type::new(Shape::Table(start_table::TABLE), |item, _| start(item)),
         "initial joint angles and rates of all legs", r#"start = { q1 = "10 deg" }"#,
-        otherwise("the first commands of the controller; upright without one"), of_robot();
+        otherwise("the first commands of the controller; upright without one");
     STEP: SimDuration = "step",
         Type::new(Shape::One(Accepts::PositiveDuration), |item, _| step(item)),
         "maximum time step, up to 10 ms", r#"step = "1 ms""#, otherwise("of the model");
@@ -42,6 +39,12 @@ table! {
         ])),
         "coupling with boards and transfers: at each of their instants, or on a fixed grid",
         r#"coupling = { grid = "1 ms" }"#, otherwise("`exact`");
+}
+
+/// Returns the keys of the models of a robot: standalone ones have none of them.
+pub(crate) fn robot_keys() -> [&'static str; 4] {
+    use plant_table::{BASE, GROUND, LEGS, START};
+    [BASE.name, LEGS.name, GROUND.name, START.name]
 }
 
 const LEGS: Type<Vec<Placed<String>>> = Type::new(

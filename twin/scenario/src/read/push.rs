@@ -11,10 +11,9 @@ use super::vector::{PLACE, three, vector};
 use super::{code, print_duration};
 use crate::catalogue::Catalogue;
 use crate::language::{
-    Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, Words, choice, contextual,
-    quantity, table,
+    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, Words, choice,
+    contextual, quantity, table,
 };
-use crate::options::Accepts;
 use crate::scenario::{Base, PlantSpec, PulseShape, PushLoad, PushSite, PushSpec};
 
 table! {

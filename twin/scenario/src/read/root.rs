@@ -42,7 +42,7 @@ table! {
     HORIZON: SimDuration = "horizon", POSITIVE_DURATION,
         "time up to which the trajectory is predictable, as `twin study robustness` measures it",
         r#"horizon = "7.5 s""#, otherwise("not known");
-    OVERRIDE: Overrides = "override", Type::new(Shape::Overrides, |item, _| item.overrides()),
+    OVERRIDE: Overrides = "override", Type::new(Shape::Settings, |item, _| item.overrides()),
         "replaced values of the robot file, by dotted key",
         r#"override.leg.aslp.parallel.preload = "0 mm""#, needs("robot");
     PLANT: () = "plant", contextual(Shape::Table(plant::plant_table::TABLE)),

@@ -4,8 +4,7 @@ use twinrig_document::{Item, Reported};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::Timing;
 
-use crate::language::{DURATION, Key, Shape, TableSpec, Type, table};
-use crate::options::Accepts;
+use crate::language::{Accepts, DURATION, Key, Shape, TableSpec, Type, table};
 
 /// A time model: a duration, a distribution, or a trace.
 pub(crate) const TIME: Type<Timing> = Type::new(

@@ -3,8 +3,7 @@
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::Unit;
 
-use crate::language::{Shape, Type};
-use crate::options::Accepts;
+use crate::language::{Accepts, Shape, Type};
 
 /// Greatest distance of a place on the trunk along each axis \[m\]: beyond, a unit is wrong.
 const DISTANCE: Range = Range::between(-10.0, 10.0);

@@ -10,9 +10,9 @@ use super::builders::{
 };
 use super::kinds::{Common, of_variable, with_kinds};
 use crate::catalogue::{Catalogue, Kind};
-use crate::language::{KeySpec, Part, Presence, Shape, TableSpec};
-use crate::options::Accepts;
-use crate::read::{NO_CONTROLLER, TIME, limits_table};
+use crate::language::{Accepts, KeySpec, Part, Presence, Shape, Special, TableSpec};
+use crate::options::OptionSpec;
+use crate::read::{NO_CONTROLLER, TIME, limits_table, robot_keys};
 
 /// Makes the schemas of tables.
 pub(super) struct Tables<'c> {
@@ -29,7 +29,7 @@ impl<'c> Tables<'c> {
     pub fn table(&mut self, table: &TableSpec, unit: Measured) -> Value {
         let keys = table.all_keys();
         let part = keys.iter().find_map(|key| match key.shape {
-            Shape::Kind(part) if table.selector == Some(key.name) => Some(part),
+            Shape::Other(Special::Kind(part)) if table.selector == Some(key.name) => Some(part),
             _ => None,
         });
         if let Some(part) = part {
@@ -60,7 +60,7 @@ impl<'c> Tables<'c> {
         let (selector, shared): (Vec<_>, Vec<_>) = keys
             .iter()
             .cloned()
-            .partition(|key| matches!(key.shape, Shape::Kind(_)));
+            .partition(|key| matches!(key.shape, Shape::Other(Special::Kind(_))));
         let names = |is: fn(&KeySpec) -> bool| -> Vec<&str> {
             shared
                 .iter()
@@ -73,7 +73,7 @@ impl<'c> Tables<'c> {
             key: selector.first().map_or("", |key| key.name),
             properties: self.properties(&shared, None),
             required: &names(|key| key.presence == Presence::Required),
-            not_standalone: &names(|key| key.of_robot),
+            not_standalone: &robot_keys(),
         };
         let none = (NO_CONTROLLER, only_keys([common.key]));
         let more = (part == Part::Controller).then_some(none);
@@ -96,7 +96,7 @@ impl<'c> Tables<'c> {
             None => any_quantity(range),
         };
         match shape {
-            Shape::One(accepts) => accepted(accepts),
+            Shape::One(accepts) => accepted(accepts, |_| Value::Null),
             Shape::Measured(range) => measured(range),
             Shape::Tolerance => {
                 let plain = measured(&Range::NOT_NEGATIVE);
@@ -136,13 +136,13 @@ impl<'c> Tables<'c> {
                 self.limits(*unit)
             }
             Shape::TableIn(unit, table) => self.table(table, *unit),
-            Shape::Limits(unit, _) => self.limits(Some(*unit)),
-            Shape::Kind(_) => text(),
-            Shape::Plant => {
+            Shape::Other(Special::Limits(unit, _)) => self.limits(Some(*unit)),
+            Shape::Other(Special::Kind(_)) => text(),
+            Shape::Other(Special::Plant) => {
                 let plants = self.catalogue.plants.iter().map(|kind| kind.name.as_str());
                 json!({ "enum": plants.collect::<Vec<_>>() })
             }
-            Shape::Overrides => json!({ "type": "object" }),
+            Shape::Settings => json!({ "type": "object" }),
         }
     }
 
@@ -183,7 +183,7 @@ impl<'c> Tables<'c> {
 }
 
 /// Returns the schema of the values that an option accepts.
-fn accepted(accepts: &Accepts) -> Value {
+fn accepted<O>(accepts: &Accepts<O>, group: fn(&[O]) -> Value) -> Value {
     match accepts {
         Accepts::Quantity { unit, range } => quantity(*unit, range),
         Accepts::Duration => duration(),
@@ -199,26 +199,29 @@ fn accepted(accepts: &Accepts) -> Value {
             let defs = Map::new();
             Tables { catalogue, defs }.shape(&TIME.shape, None)
         }
-        Accepts::Group(options) => {
-            let keys = options.iter().map(|option| {
-                let schema = described(&option.about, accepted(&option.accepts));
-                (option.name.clone(), schema)
-            });
-            object(Value::Object(keys.collect()), &[])
-        }
-        Accepts::Table(one) => table_of(&accepted(one)),
+        Accepts::Group(options) => group(options),
+        Accepts::Table(one) => table_of(&accepted(one, group)),
         Accepts::Each(one) => {
-            let one = accepted(one);
+            let one = accepted(one, group);
             json!({ "anyOf": [one, table_of(&one)] })
         }
     }
+}
+
+/// Returns the schema of a table of options.
+fn group(options: &[OptionSpec]) -> Value {
+    let keys = options.iter().map(|option| {
+        let schema = described(&option.about, accepted(&option.accepts, group));
+        (option.name.clone(), schema)
+    });
+    object(Value::Object(keys.collect()), &[])
 }
 
 /// Returns the keys that a kind declares, with the schemas of their values.
 fn declared_keys(kind: &Kind) -> Vec<(String, Value)> {
     let mut keys: Vec<(String, Value)> = Vec::new();
     for option in &kind.options {
-        let schema = described(&option.about, accepted(&option.accepts));
+        let schema = described(&option.about, accepted(&option.accepts, group));
         keys.push((option.name.clone(), schema));
     }
     for variable in &kind.variables {

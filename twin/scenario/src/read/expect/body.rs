@@ -4,11 +4,12 @@ use twinrig_document::{Item, Reported};
 use twinrig_kernel::Unit;
 
 use super::context::Context;
+use super::one_of::one_of;
 use super::recovery::{self, body_recovers_table};
 use super::settles::{settles, settles_table};
 use crate::body::{Along, BodyClaim, BodyMeasure};
 use crate::domain::Domain;
-use crate::language::{Key, Shape, TableSpec, Type, choice, contextual, table};
+use crate::language::{Key, Shape, Special, TableSpec, Type, choice, contextual, table};
 use crate::read::fall::FALSE_OR_THRESHOLDS;
 use crate::read::limits::{limits_of, read};
 
@@ -24,7 +25,7 @@ macro_rules! body {
 table! {
     /// Keys of `body`.
     pub(super) body_table = TableSpec::new("body", "claim about the trunk");
-    SPEED: () = "speed", contextual(Shape::Limits(Unit::MeterPerSecond, Domain::ANY)), "mean speed",
+    SPEED: () = "speed", contextual(Shape::Other(Special::Limits(Unit::MeterPerSecond, Domain::ANY))), "mean speed",
         r#"speed = { min = "30 cm/s" }"#, one_of();
     ALONG: Along = "along", choice(), "direction of the speed",
         r#"speed = { min = "30 cm/s" }, along = "path""#, default("'heading'"), needs("speed"),
@@ -60,7 +61,7 @@ pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<BodyClaim,
     use body_table::{ALONG, RECOVERS, SPEED};
     let table = &item.table()?;
     let table = body_table::TABLE.of(table);
-    let measure = table.one_of(item, "no measure of the body is given")?;
+    let measure = one_of(table, item, "no measure of the body is given")?;
     if measure == RECOVERS.name {
         return table.read_with(&RECOVERS, |item| recovery::of_body(item, context));
     }

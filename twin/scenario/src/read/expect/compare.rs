@@ -4,6 +4,7 @@ use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
 use super::element::ELEMENT;
+use super::one_of::one_of;
 use super::signal::LIMITS;
 use crate::compare::{CompareClaim, CompareMeasure, Operand};
 use crate::domain::Domain;
@@ -57,7 +58,7 @@ pub(super) fn claim(item: &Item<'_>) -> Result<CompareClaim, Reported> {
     let (signal, component) = (table.read(&SIGNAL), table.get(&COMPONENT));
     let (with, with_component) = (table.read(&WITH), table.get(&WITH_COMPONENT));
     let range = table.read(&DELAY_RANGE);
-    let key = table.one_of(item, "no measure of the comparison is given")?;
+    let key = one_of(table, item, "no measure of the comparison is given")?;
     let (measure, unit, limits) = measure(table, key, range?)?;
     Ok(CompareClaim {
         signal: Operand {

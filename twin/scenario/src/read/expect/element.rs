@@ -2,8 +2,7 @@
 
 use twinrig_document::{Item, Reported};
 
-use crate::language::{Shape, Type};
-use crate::options::Accepts;
+use crate::language::{Accepts, Shape, Type};
 
 /// Element of a signal.
 pub(super) const ELEMENT: Type<usize> = Type::new(

@@ -7,12 +7,13 @@ use serde_json::json;
 use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::Unit;
 
+use super::one_of::one_of;
 use crate::domain::Domain;
 use crate::expect::{Axis, CycleMark, FootstepClaim, FootstepMeasure, LegChoice};
 use crate::language::{
-    Declared, Key, Shape, TableSpec, Type, Words, choice, contextual, quantity, table,
+    Accepts, Declared, Key, Shape, Special, TableSpec, Type, Words, choice, contextual, quantity,
+    table,
 };
-use crate::options::Accepts;
 use crate::pattern::Pattern;
 use crate::read::limits::{limits_of, read};
 
@@ -62,7 +63,7 @@ table! {
         limits_of!(Unit::One, Domain::NOT_NEGATIVE, FootstepMeasure::SlipShare),
         "mean: slip over the travel in stance, stride by stance share",
         r#"slip_share = { near = "20 %", within = 0.05 }"#, one_of();
-    DUTY_FACTOR: () = "duty_factor", contextual(Shape::Limits(Unit::One, Domain::SHARE)),
+    DUTY_FACTOR: () = "duty_factor", contextual(Shape::Other(Special::Limits(Unit::One, Domain::SHARE))),
         "mean: share of the cycle on the ground",
         r#"leg = "fore", duty_factor = { near = 0.515, within = 0.05 }"#, one_of();
     STANCE: FootstepMeasure = "stance",
@@ -85,7 +86,7 @@ table! {
     PEAK_LOAD: FootstepMeasure = "peak_load",
         limits_of!(Unit::Newton, Domain::POSITIVE, FootstepMeasure::PeakLoad),
         "each: greatest load", r#"peak_load = { max = "20 N" }"#, one_of();
-    POSITION: () = "position", contextual(Shape::Limits(Unit::Meter, Domain::ANY)),
+    POSITION: () = "position", contextual(Shape::Other(Special::Limits(Unit::Meter, Domain::ANY))),
         "each: coordinate of touch-down along `axis`",
         r#"position = { max = "20 cm" }, axis = "y""#, one_of();
     COUNT: FootstepMeasure = "count", limits_of!(Unit::One, Domain::COUNT, FootstepMeasure::Count),
@@ -104,7 +105,7 @@ table! {
         "greatest deviation from `phase`",
         "phase = { LF = 0, RF = 0.5, LH = 0.5, RH = 0 }, tolerance = 0.05", needs("phase"),
         qualifier();
-    PHASE_SPREAD: () = "phase_spread", contextual(Shape::Limits(Unit::One, Domain::NOT_NEGATIVE)),
+    PHASE_SPREAD: () = "phase_spread", contextual(Shape::Other(Special::Limits(Unit::One, Domain::NOT_NEGATIVE))),
         "circular standard deviation of the phase", "phase_spread = { max = 0.03 }", one_of();
     BY: CycleMark = "by", choice(),
         "mark of the cycles of `phase`, `phase_spread` and `duty_factor`: circular mean of the load, \
@@ -114,7 +115,7 @@ table! {
         Type::new(GROUPS, |item, _| order(item).map(FootstepMeasure::Order)),
         "sequence of touch-downs, repeated; any order within a group",
         r#"order = [["LF", "RH"], ["RF", "LH"]]"#, one_of();
-    DISPLACEMENT: () = "displacement", contextual(Shape::Limits(Unit::Meter, Domain::ANY)),
+    DISPLACEMENT: () = "displacement", contextual(Shape::Other(Special::Limits(Unit::Meter, Domain::ANY))),
         "distance from the same footstep of a run without changes, along `axis`",
         r#"displacement = { max = "5 mm" }, against = "without changes", axis = "horizontal""#,
         one_of(), needs("against");
@@ -158,7 +159,7 @@ pub(super) fn claim(item: &Item<'_>) -> Result<FootstepClaim, Reported> {
     let table = &item.table()?;
     let table = footstep_table::TABLE.of(table);
     let legs = table.read(&footstep_table::LEG);
-    let measure = table.one_of(item, "no measure of the footsteps is given")?;
+    let measure = one_of(table, item, "no measure of the footsteps is given")?;
     let measure = self::measure(table, measure);
     Ok(FootstepClaim {
         legs: legs?,

@@ -3,9 +3,12 @@
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::Unit;
 
+use super::one_of::one_of;
 use crate::domain::Domain;
 use crate::gait::{FitnessScales, GaitClaim, GaitMeasure};
-use crate::language::{Declared, Key, Shape, TableSpec, Type, contextual, quantity, table};
+use crate::language::{
+    Declared, Key, Shape, Special, TableSpec, Type, contextual, quantity, table,
+};
 use crate::limits::Limits;
 use crate::read::limits::{limits_of, read};
 
@@ -22,7 +25,7 @@ macro_rules! gait {
 table! {
     /// Keys of `gait`.
     pub(super) gait_table = TableSpec::new("gait", "claim about the gait as a whole");
-    FITNESS: () = "fitness", contextual(Shape::Limits(Unit::One, Domain::FITNESS)),
+    FITNESS: () = "fitness", contextual(Shape::Other(Special::Limits(Unit::One, Domain::FITNESS))),
         "staged fitness of the thesis, table 3.4: 0 to 4", "fitness = { min = 3.5 }", one_of();
     SLIP_UNIT: f64 = "slip_unit", quantity(Unit::Meter, Range::POSITIVE),
         "unit of the slip in exp(−slip²/500)", r#"fitness = { min = 3.5 }, slip_unit = "1 cm""#,
@@ -61,7 +64,7 @@ table! {
 pub(super) fn claim(item: &Item<'_>) -> Result<GaitClaim, Reported> {
     let table = &item.table()?;
     let table = gait_table::TABLE.of(table);
-    let measure = table.one_of(item, "no measure of the gait is given")?;
+    let measure = one_of(table, item, "no measure of the gait is given")?;
     let (measure, limits) = if measure == gait_table::FITNESS.name {
         fitness(table)?
     } else {

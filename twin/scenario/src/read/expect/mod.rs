@@ -9,6 +9,7 @@ mod context;
 mod element;
 mod footstep;
 mod gait;
+mod one_of;
 mod recovery;
 mod sequence;
 mod settles;
@@ -21,10 +22,12 @@ use twinrig_kernel::{SimTime, Unit};
 use super::limits::limits;
 use crate::domain::Domain;
 use crate::expect::{Claim, Expectation};
-use crate::language::{BOOLEAN, Key, Shape, TEXT, TableSpec, Type, contextual, table};
+use crate::language::{
+    Accepts, BOOLEAN, Key, Shape, Special, TEXT, TableSpec, Type, contextual, table,
+};
 use crate::limits::Limits;
-use crate::options::Accepts;
 use context::instant;
+use one_of::one_of;
 
 pub(super) use context::Context;
 
@@ -93,7 +96,7 @@ table! {
 }
 
 const PLANTS_OF_BUILD: Shape = Shape::List {
-    of: &Shape::Plant,
+    of: &Shape::Other(Special::Plant),
     least: 1,
     distinct: false,
 };
@@ -126,7 +129,7 @@ pub(super) fn expectation(item: &Item<'_>, context: &Context<'_>) -> Result<Expe
         }
         Ok(plants)
     });
-    let subject = table.one_of(item, "nothing is expected")?;
+    let subject = one_of(table, item, "nothing is expected")?;
     let claim = if subject == BODY.name {
         table.read_with(&BODY, |item| body::claim(item, context).map(Claim::Body))
     } else if subject == SIGNAL.name {

@@ -8,9 +8,8 @@ use super::context::{Context, instant};
 use crate::body::BodyClaim;
 use crate::expect::{Claim, Expectation, SignalClaim, SignalMode};
 use crate::language::{
-    Declared, Key, POSITIVE_DURATION, Shape, TableSpec, contextual, quantity, table,
+    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TableSpec, contextual, quantity, table,
 };
-use crate::options::Accepts;
 use crate::read::print_duration;
 use crate::recovery::{Recovery, TrunkQuantity};
 

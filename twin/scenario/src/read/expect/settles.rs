@@ -3,8 +3,7 @@
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimTime, Unit};
 
-use crate::language::{Key, Shape, TableSpec, contextual, table};
-use crate::options::Accepts;
+use crate::language::{Accepts, Key, Shape, TableSpec, contextual, table};
 
 table! {
     /// Keys of `settles`.

@@ -6,6 +6,7 @@ use twinrig_kernel::SimDuration;
 use super::condition::CONDITION;
 use super::context::Context;
 use super::element::ELEMENT;
+use super::one_of::one_of;
 use super::recovery::{self, signal_recovers_table};
 use super::settles::{settles, settles_table};
 use crate::domain::Domain;
@@ -50,7 +51,7 @@ pub(super) fn claim(item: &Item<'_>, context: &Context<'_>) -> Result<SignalClai
     let table = signal_table::TABLE.of(table);
     let (name, component) = (table.read(&NAME), table.get(&COMPONENT));
     let (within, until) = (table.get(&WITHIN), table.get(&UNTIL));
-    let mode = table.one_of(item, "no condition on the signal is given")?;
+    let mode = one_of(table, item, "no condition on the signal is given")?;
     let (within, until) = (within?, until?);
     let key = [ALWAYS, EVENTUALLY, SETTLES, RECOVERS]
         .into_iter()

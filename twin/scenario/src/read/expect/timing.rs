@@ -3,6 +3,7 @@
 use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::Unit;
 
+use super::one_of::one_of;
 use crate::domain::Domain;
 use crate::expect::{Claim, CostMeasure, TimingClaim, TimingMeasure};
 use crate::language::{Key, PLACED, TableSpec, Type, table};
@@ -48,7 +49,7 @@ pub(super) fn claim(item: &Item<'_>) -> Result<Claim, Reported> {
     let table = &item.table()?;
     let table = timing_table::TABLE.of(table);
     let of = table.read(&timing_table::OF);
-    let measure = table.one_of(item, "no measure of the timing is given")?;
+    let measure = one_of(table, item, "no measure of the timing is given")?;
     let (measure, limits) = table.read_named(measure)?;
     Ok(Claim::Timing(TimingClaim {
         of: Some(of?).filter(|of| of.value != "control"),
@@ -93,7 +94,7 @@ table! {
 pub(super) fn cost(item: &Item<'_>) -> Result<Claim, Reported> {
     let table = &item.table()?;
     let table = cost_table::TABLE.of(table);
-    let measure = table.one_of(item, "no measure of the cost is given")?;
+    let measure = one_of(table, item, "no measure of the cost is given")?;
     table.read_named(measure)
 }
 

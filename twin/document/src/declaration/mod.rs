@@ -1,41 +1,44 @@
-//! Declarations of the built-in tables of a scenario. Reader, JSON schema and reference follow from
-//! them: the reader takes a key by its declaration, the schema and the reference enumerate the
-//! tables, beginning with the root.
+//! Declarations of the tables of files. Reader and reference follow from them, and for scenarios
+//! the JSON schema: the reader takes a key by its declaration, the others enumerate the tables,
+//! beginning with the root.
+//!
+//! The files of one crate may accept values that no others do, such as names that the crate knows:
+//! these are its [`Dialect`].
 
+mod accepts;
 mod declared;
+mod reference;
 mod shape;
 mod types;
 
 use std::any::Any;
 
-use serde_json::Value;
-
-pub(crate) use declared::Declared;
-pub(crate) use shape::{Part, Shape};
-pub(crate) use types::{
-    BOOLEAN, DURATION, NAMES, NATURAL, PLACED, POSITIVE_DURATION, TEXT, Type, Words, choice,
-    contextual, quantity,
-};
+pub use accepts::Accepts;
+pub use declared::Declared;
+pub use reference::{KeyReference, TableReference};
+pub use shape::{Dialect, Plain, Shape};
+pub use types::{Read, Type, Words, choice, contextual, quantity};
 
 /// Declaration of a table: its keys and the conditions between them.
-pub(crate) struct TableSpec {
+#[must_use]
+pub struct TableSpec<X: Dialect = Plain> {
     /// Name in the reference.
     pub name: &'static str,
     /// One-line description.
     pub about: &'static str,
     /// Declarations of its keys.
-    pub keys: fn() -> Vec<KeySpec>,
+    pub keys: fn() -> Vec<KeySpec<X>>,
     /// The same keys with their types, each a [`Key`].
     pub typed: fn() -> Vec<Box<dyn Any>>,
     /// Declarations of further keys, from another table or an array.
-    pub more: fn() -> Vec<KeySpec>,
+    pub more: fn() -> Vec<KeySpec<X>>,
     /// Key whose value selects the keys that are valid with it.
     pub selector: Option<&'static str>,
     /// Conditions in the schema that the declarations of the keys do not express.
-    pub refine: fn(&mut Value),
+    pub refine: fn(&mut X::Schema),
 }
 
-impl TableSpec {
+impl<X: Dialect> TableSpec<X> {
     /// Returns a table without keys.
     pub const fn new(name: &'static str, about: &'static str) -> Self {
         TableSpec {
@@ -50,7 +53,7 @@ impl TableSpec {
     }
 
     /// Adds keys that are declared elsewhere.
-    pub const fn with(mut self, more: fn() -> Vec<KeySpec>) -> Self {
+    pub const fn with(mut self, more: fn() -> Vec<KeySpec<X>>) -> Self {
         self.more = more;
         self
     }
@@ -62,13 +65,13 @@ impl TableSpec {
     }
 
     /// Sets the conditions of the schema.
-    pub const fn refined(mut self, refine: fn(&mut Value)) -> Self {
+    pub const fn refined(mut self, refine: fn(&mut X::Schema)) -> Self {
         self.refine = refine;
         self
     }
 
     /// Returns the declarations of all keys.
-    pub fn all_keys(&self) -> Vec<KeySpec> {
+    pub fn all_keys(&self) -> Vec<KeySpec<X>> {
         let mut keys = (self.keys)();
         keys.extend((self.more)());
         keys
@@ -77,7 +80,7 @@ impl TableSpec {
 
 /// Whether a key is present, and the meaning of its absence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Presence {
+pub enum Presence {
     /// It must be present.
     Required,
     /// Exactly one of the keys of this kind in the table must be present.
@@ -92,26 +95,29 @@ pub(crate) enum Presence {
 
 /// Declaration of a key.
 #[derive(Clone)]
-pub(crate) struct KeySpec {
+pub struct KeySpec<X: Dialect = Plain> {
+    /// The key.
     pub name: &'static str,
     /// One-line description.
     pub about: &'static str,
     /// Line of TOML with the key, and others where it requires them, without a line break.
     pub example: &'static str,
-    pub shape: Shape,
+    /// Accepted values.
+    pub shape: Shape<X>,
+    /// Whether it is present.
     pub presence: Presence,
     /// Values of the selector of the table with which the key is valid; empty for all.
     pub only_with: &'static [&'static str],
     /// Key that it requires.
     pub needs: Option<&'static str>,
-    /// Whether the name of an expectation leaves it out.
+    /// Whether it qualifies the other keys: the name of an expectation leaves it out.
     pub is_qualifier: bool,
-    /// Whether a standalone plant has no such key.
-    pub of_robot: bool,
 }
 
 /// Declaration of a key with values of type `T`.
-pub(crate) struct Key<T: 'static> {
+#[must_use]
+pub struct Key<T: 'static, X: Dialect = Plain> {
+    /// The key.
     pub name: &'static str,
     about: &'static str,
     example: &'static str,
@@ -119,15 +125,14 @@ pub(crate) struct Key<T: 'static> {
     only_with: &'static [&'static str],
     needs: Option<&'static str>,
     is_qualifier: bool,
-    of_robot: bool,
-    of: Type<T>,
+    of: Type<T, X>,
 }
 
-impl<T> Key<T> {
+impl<T, X: Dialect> Key<T, X> {
     /// Returns an optional key.
     pub const fn new(
         name: &'static str,
-        of: Type<T>,
+        of: Type<T, X>,
         about: &'static str,
         example: &'static str,
     ) -> Self {
@@ -139,7 +144,6 @@ impl<T> Key<T> {
             only_with: &[],
             needs: None,
             is_qualifier: false,
-            of_robot: false,
             of,
         }
     }
@@ -181,20 +185,14 @@ impl<T> Key<T> {
         self
     }
 
-    /// Leaves it out of the names of expectations.
+    /// Makes it a qualifier of the other keys.
     pub const fn qualifier(mut self) -> Self {
         self.is_qualifier = true;
         self
     }
 
-    /// Excludes it from standalone plants.
-    pub const fn of_robot(mut self) -> Self {
-        self.of_robot = true;
-        self
-    }
-
     /// Returns the declaration without the type.
-    pub fn spec(self) -> KeySpec {
+    pub fn spec(self) -> KeySpec<X> {
         KeySpec {
             name: self.name,
             about: self.about,
@@ -204,7 +202,6 @@ impl<T> Key<T> {
             only_with: self.only_with,
             needs: self.needs,
             is_qualifier: self.is_qualifier,
-            of_robot: self.of_robot,
         }
     }
 }
@@ -212,6 +209,7 @@ impl<T> Key<T> {
 /// Declares the keys of a table as constants of a module, and the table as its constant `TABLE`. A
 /// key has a name, the type of its values, a description and an example, then its properties:
 /// methods of [`Key`].
+#[macro_export]
 macro_rules! table {
     (
         $(#[$doc:meta])* $visible:vis $module:ident = $table:expr;
@@ -224,6 +222,7 @@ macro_rules! table {
         $visible mod $module {
             use super::*;
             $(
+                #[doc = $about]
                 pub(crate) const $key: Key<$type> =
                     Key::new($name, $of, $about, $example)$(.$property($($argument),*))*;
             )*
@@ -236,4 +235,4 @@ macro_rules! table {
     };
 }
 
-pub(crate) use table;
+pub use crate::table;

@@ -1,9 +1,8 @@
-//! Reference of the scenario language, from the declarations of its tables.
+//! Reference of the tables of a file, from their declarations.
 
-use crate::language::{KeySpec, Presence, TableSpec};
-use crate::read::root_table;
+use super::{Dialect, KeySpec, Presence, TableSpec};
 
-/// A table of the language: its keys, and its place in a scenario.
+/// A table: its keys, and its place in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TableReference {
     /// Name in the documentation.
@@ -35,14 +34,7 @@ pub struct KeyReference {
     pub only_with: &'static [&'static str],
 }
 
-/// Returns the tables of the scenario language, beginning with the root table.
-pub fn language() -> Vec<TableReference> {
-    let mut tables = Vec::new();
-    add(root_table::TABLE, &[], &mut tables);
-    tables
-}
-
-fn add(table: &TableSpec, path: &[&'static str], tables: &mut Vec<TableReference>) {
+fn add<X: Dialect>(table: &TableSpec<X>, path: &[&'static str], tables: &mut Vec<TableReference>) {
     if tables.iter().any(|known| known.name == table.name) {
         return;
     }
@@ -60,7 +52,7 @@ fn add(table: &TableSpec, path: &[&'static str], tables: &mut Vec<TableReference
     }
 }
 
-fn key_reference(key: &KeySpec) -> KeyReference {
+fn key_reference<X: Dialect>(key: &KeySpec<X>) -> KeyReference {
     let words = key.shape.words();
     let mut value = vec![match key.presence {
         Presence::Default(toml) if toml != "{}" => {
@@ -90,6 +82,13 @@ fn key_reference(key: &KeySpec) -> KeyReference {
 }
 
 impl TableReference {
+    /// Returns the tables of a file, beginning with the root table.
+    pub fn of<X: Dialect>(root: &TableSpec<X>) -> Vec<Self> {
+        let mut tables = Vec::new();
+        add(root, &[], &mut tables);
+        tables
+    }
+
     /// Returns the table of the documentation, in Markdown.
     pub fn markdown(&self) -> String {
         let mut lines = vec![

@@ -1,26 +1,28 @@
 //! Reading of declared keys.
 
-use twinrig_document::{Document, Item, Place, Reported, Table};
-
-use super::{Key, Presence, TableSpec};
+use super::{Dialect, Key, Plain, Presence, TableSpec};
+use crate::{Document, Item, Place, Reported, Table};
 
 /// A table that is being read by its declaration.
 #[derive(Clone, Copy)]
-pub(crate) struct Declared<'t, 'd> {
+pub struct Declared<'t, 'd, X: Dialect = Plain> {
     table: &'t Table<'d>,
-    spec: &'static TableSpec,
+    spec: &'static TableSpec<X>,
 }
 
-impl TableSpec {
+impl<X: Dialect> TableSpec<X> {
     /// Returns the reader of a table with this declaration.
-    pub fn of<'t, 'd>(&'static self, table: &'t Table<'d>) -> Declared<'t, 'd> {
+    pub fn of<'t, 'd>(&'static self, table: &'t Table<'d>) -> Declared<'t, 'd, X> {
         Declared { table, spec: self }
     }
 }
 
-impl<'t, 'd> Declared<'t, 'd> {
+impl<'t, 'd, X: Dialect> Declared<'t, 'd, X> {
     /// Reads a key that is required or has a default.
-    pub fn read<T>(self, key: &Key<T>) -> Result<T, Reported> {
+    ///
+    /// # Errors
+    /// It is missing, or its value is not accepted.
+    pub fn read<T>(self, key: &Key<T, X>) -> Result<T, Reported> {
         if let Some(value) = self.get(key)? {
             return Ok(value);
         }
@@ -34,14 +36,20 @@ impl<'t, 'd> Declared<'t, 'd> {
     }
 
     /// Reads a key that may be absent.
-    pub fn get<T>(self, key: &Key<T>) -> Result<Option<T>, Reported> {
+    ///
+    /// # Errors
+    /// Its value is not accepted.
+    pub fn get<T>(self, key: &Key<T, X>) -> Result<Option<T>, Reported> {
         self.get_with(key, |item| (key.of.read)(item, &key.of.shape))
     }
 
     /// Reads a required key by `read`, which has knowledge of other tables.
+    ///
+    /// # Errors
+    /// It is missing, or `read` reported a problem.
     pub fn read_with<T, U>(
         self,
-        key: &Key<T>,
+        key: &Key<T, X>,
         read: impl FnOnce(&Item<'d>) -> Result<U, Reported>,
     ) -> Result<U, Reported> {
         self.check_declared(key.name);
@@ -49,9 +57,12 @@ impl<'t, 'd> Declared<'t, 'd> {
     }
 
     /// Reads a key that may be absent by `read`, which has knowledge of other tables.
+    ///
+    /// # Errors
+    /// `read` reported a problem.
     pub fn get_with<T, U>(
         self,
-        key: &Key<T>,
+        key: &Key<T, X>,
         read: impl FnOnce(&Item<'d>) -> Result<U, Reported>,
     ) -> Result<Option<U>, Reported> {
         self.check_declared(key.name);
@@ -59,65 +70,25 @@ impl<'t, 'd> Declared<'t, 'd> {
     }
 
     /// Returns the value of a key, if present.
-    pub fn item<T>(self, key: &Key<T>) -> Option<Item<'d>> {
+    pub fn item<T>(self, key: &Key<T, X>) -> Option<Item<'d>> {
         self.check_declared(key.name);
         self.table.get(key.name)
     }
 
     /// Returns whether a key is present.
-    pub fn has<T>(self, key: &Key<T>) -> bool {
+    pub fn has<T>(self, key: &Key<T, X>) -> bool {
         self.table.keys().any(|known| known == key.name)
     }
 
-    /// Returns the name of the one key present of those of which the table has exactly one. The
-    /// table is the value `item`; `missing` is the error if there is none.
-    pub fn one_of(self, item: &Item<'_>, missing: &str) -> Result<&'static str, Reported> {
-        let keys = self.spec.all_keys().into_iter();
-        let keys = keys.filter(|key| key.presence == Presence::OneOf);
-        let keys: Vec<&'static str> = keys.map(|key| key.name).collect();
-        self.table.expect(keys.iter().copied());
-        let is_present = |key: &&&'static str| self.table.keys().any(|known| known == **key);
-        let present: Vec<_> = keys.iter().filter(is_present).collect();
-        match present[..] {
-            [key] => {
-                self.check_needs(key, &keys)?;
-                Ok(key)
-            }
-            [] => {
-                self.table.give_up();
-                Err(item.report(missing, format!("give one of {}", keys.join(", "))))
-            }
-            [first, second, ..] => {
-                self.table.give_up();
-                let message = format!("`{first}` and `{second}` are two expectations");
-                Err(self
-                    .table
-                    .report(second, message, "write a second [[expect]]"))
-            }
-        }
-    }
-
-    /// Reports a present key that belongs to another than `key` of those that exclude each other.
-    fn check_needs(self, key: &str, exclusive: &[&str]) -> Result<(), Reported> {
-        for other in self.spec.all_keys() {
-            let Some(needs) = other.needs.filter(|needs| exclusive.contains(needs)) else {
-                continue;
-            };
-            let is_present = self.table.keys().any(|known| known == other.name);
-            if is_present && needs != key {
-                self.table.give_up();
-                let message = format!("`{}` has no meaning with `{key}`", other.name);
-                let help = format!("`{}` requires `{needs}`", other.name);
-                return Err(self.table.report(other.name, message, help));
-            }
-        }
-        Ok(())
-    }
-
     /// Reads the present key with the name `name`, which is declared with values of type `T`.
+    ///
+    /// # Errors
+    /// Its value is not accepted.
     pub fn read_named<T: 'static>(self, name: &str) -> Result<T, Reported> {
         let keys = (self.spec.typed)();
-        let mut keys = keys.iter().filter_map(|key| key.downcast_ref::<Key<T>>());
+        let mut keys = keys
+            .iter()
+            .filter_map(|key| key.downcast_ref::<Key<T, X>>());
         let Some(key) = keys.find(|key| key.name == name) else {
             unreachable!("`{name}` of {} has values of another type", self.spec.name);
         };
@@ -127,7 +98,7 @@ impl<'t, 'd> Declared<'t, 'd> {
     /// Reports a problem with a key.
     pub fn report<T>(
         self,
-        key: &Key<T>,
+        key: &Key<T, X>,
         message: impl Into<String>,
         help: impl Into<String>,
     ) -> Reported {
@@ -141,7 +112,7 @@ impl<'t, 'd> Declared<'t, 'd> {
     }
 
     /// Marks a key as valid without reading it.
-    pub fn expect<T>(self, key: &Key<T>) {
+    pub fn expect<T>(self, key: &Key<T, X>) {
         self.check_declared(key.name);
         self.table.expect([key.name]);
     }
@@ -151,7 +122,12 @@ impl<'t, 'd> Declared<'t, 'd> {
         self.table.place()
     }
 
-    /// Returns the table, for the keys that a kind of part declares.
+    /// Returns the declaration.
+    pub fn spec(self) -> &'static TableSpec<X> {
+        self.spec
+    }
+
+    /// Returns the table, for keys without a declaration.
     pub fn table(self) -> &'t Table<'d> {
         self.table
     }
