@@ -1,9 +1,12 @@
 //! Consistency of README.md, and of pages of `docs`, with the program.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use twinrig::campaign::optimization::SearchSpace;
+use twinrig::campaign::sweep::SweepSpec;
 use twinrig::{Assembly, BuildKey, Execution, Registry, Status, execute};
+use twinrig_testing::keys::check_keys;
 
 fn readme() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
@@ -133,24 +136,25 @@ fn picture_of_the_trot_is_that_of_its_recording() {
     assert_eq!(drawn, kept, "docs/pictures/trot.py draws another picture");
 }
 
+/// Returns the path of a page of `docs`.
+fn path(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/{name}.md"))
+}
+
 /// Returns a page of `docs`.
 fn page(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../docs/{name}.md"));
-    std::fs::read_to_string(path).unwrap()
+    std::fs::read_to_string(path(name)).unwrap()
 }
 
+/// Regenerate with `UPDATE_DOCS=1 cargo test -p twinrig-tests --test text keys`.
 #[test]
-fn campaigns_list_the_keys_of_a_specification() {
-    let table = twinrig::campaign::sweep::key_table();
-    let page = page("campaigns");
-    assert!(page.contains(&table), "the table is:\n{table}");
-}
-
-#[test]
-fn campaigns_list_the_keys_of_a_search_space() {
-    let table = twinrig::campaign::optimization::space_key_table();
-    let page = page("campaigns");
-    assert!(page.contains(&table), "the table is:\n{table}");
+fn keys_of_files_are_those_of_their_declarations() {
+    for (page, heading, tables) in [
+        ("campaigns", "### The specification", SweepSpec::tables()),
+        ("campaigns", "### The search space", SearchSpace::tables()),
+    ] {
+        check_keys(&path(page), heading, &tables);
+    }
 }
 
 /// Runs a command with the trot and the first file of a section of the page about campaigns, and

@@ -1,7 +1,7 @@
 //! The dialect of scenarios: declarations of tables with names of parts and limits of measures.
 
 use serde_json::Value;
-use twinrig_document::declaration::{self, Dialect, TableReference};
+use twinrig_document::declaration::{self, Dialect};
 use twinrig_document::{Placed, quantity_name};
 use twinrig_kernel::{SimDuration, Unit};
 
@@ -10,7 +10,6 @@ pub(crate) use twinrig_document::declaration::{
 };
 
 use crate::domain::Domain;
-use crate::read::root_table;
 
 pub(crate) type Declared<'t, 'd> = declaration::Declared<'t, 'd, Special>;
 pub(crate) type Key<T> = declaration::Key<T, Special>;
@@ -26,11 +25,6 @@ pub(crate) const DURATION: Type<SimDuration> = Type::DURATION;
 pub(crate) const POSITIVE_DURATION: Type<SimDuration> = Type::POSITIVE_DURATION;
 pub(crate) const NATURAL: Type<u64> = Type::NATURAL;
 pub(crate) const NAMES: Type<Vec<Placed<String>>> = Type::NAMES;
-
-/// Returns the tables of the scenario language, beginning with the root table.
-pub fn language() -> Vec<TableReference> {
-    TableReference::of(root_table::TABLE)
-}
 
 /// Values that only scenarios have.
 #[derive(Clone, Copy)]

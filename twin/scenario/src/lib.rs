@@ -128,12 +128,12 @@ pub use judge::{
     Outcome, Reference, RunEnd, SATURATED_SHARE_MAX, Similarity, TrackedDrive, TrackedLeg,
     TrackedLift, Tracking, TrackingReport, Verdict, Witness,
 };
-pub use language::language;
 pub use left_out::LeftOut;
 pub use limits::{Comparison, Limits};
 pub use loads::{PayloadSpec, SurfaceSpec};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use pattern::Pattern;
+pub use read::language;
 pub use recovery::{Recovery, TrunkQuantity};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec, FootstepSpec,

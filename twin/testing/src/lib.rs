@@ -10,6 +10,7 @@
 //! - [`reference_trajectory`]: trajectories that legs must follow.
 //! - [`python`]: comparison with Python packages.
 //! - [`folder`]: a temporary folder.
+//! - [`keys`]: tables of keys in documentation.
 //!
 //! A harness panics where an assumption of the test does not hold.
 #![allow(clippy::missing_panics_doc, reason = "a harness reports by panicking")]
@@ -21,6 +22,7 @@
 pub mod driver_harness;
 pub mod folder;
 pub mod framing;
+pub mod keys;
 pub mod plant_harness;
 pub mod python;
 pub mod real_time;

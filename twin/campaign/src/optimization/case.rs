@@ -1,9 +1,19 @@
 //! Cases of a search: settings with which every point is run.
 
-use twinrig_document::{Item, Placed, Reported, Table};
+use twinrig_document::declaration::{Key, Shape, TableSpec, Type, table};
+use twinrig_document::{Item, Placed, Reported};
 
-use super::keys::{CASE_NAME, CASE_SET};
 use crate::sweep::read::placed_settings;
+
+table! {
+    /// Keys of `[[case]]`.
+    pub(super) case_table = TableSpec::new("[[case]]", "runs with settings of their own");
+    NAME: Placed<String> = "name", Type::PLACED, "name in reports", r#"name = "lcp""#, required();
+    SET: Vec<(Placed<String>, String)> = "set",
+        Type::new(Shape::Settings, |item, _| placed_settings(item)),
+        "keys of the scenario in the runs of this case", r#"set = { plant.model = "lcp" }"#,
+        otherwise("none");
+}
 
 /// Greatest number of cases.
 const CASES_MOST: usize = 100;
@@ -38,9 +48,9 @@ pub(super) fn cases(item: &Item<'_>) -> Result<Vec<SearchCase>, Reported> {
 }
 
 fn case(item: &Item<'_>) -> Result<SearchCase, Reported> {
-    let table: &Table<'_> = &item.table()?;
-    let name = table.required(CASE_NAME, Item::placed_text);
-    let set = table.optional(CASE_SET, placed_settings);
+    let table = &item.table()?;
+    let keys = case_table::TABLE.of(table);
+    let (name, set) = (keys.read(&case_table::NAME), keys.get(&case_table::SET));
     Ok(SearchCase {
         name: name?,
         set: set?.unwrap_or_default(),

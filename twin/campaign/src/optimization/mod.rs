@@ -10,13 +10,11 @@
 mod case;
 mod cost;
 mod csv;
-mod keys;
 mod result;
 mod space;
 
 pub use case::SearchCase;
 pub use cost::{CostRule, Evaluation, JudgedExpectation, RunClass};
-pub use keys::{SPACE_KEYS, space_key_table};
 pub use result::{
     BestPoint, CaseEvaluation, EvaluatedPoint, EvaluationCounts, Generation, OptimizationResult,
     OptimizationVerdict, OptimizedDimension,

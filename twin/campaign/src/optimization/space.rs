@@ -3,18 +3,81 @@
 use std::path::Path;
 
 use serde::Serialize;
+use twinrig_document::declaration::{
+    Accepts, Declared, Key, Shape, TableReference, TableSpec, Type, Words, choice, contextual,
+    table,
+};
 use twinrig_document::{Document, DocumentError, Item, Placed, Reported, Table};
 
-use super::case::{SearchCase, cases};
-use super::keys::{
-    CASE, CONSTRAINTS, DIMENSION, FROM, ITERATIONS, KEY, MAXIMIZE, METHOD, MINIMIZE, NAME,
-    PARTICLES, RESTARTS, SCALE, SEED, SET, TO,
-};
+use super::case::{SearchCase, case_table, cases};
 use crate::search::{CmaEs, Dimension, Search, SearchError, SwarmSearch};
 use crate::sweep::read::{
-    check_dimensions, interval, natural, refuse, refuse_scenario, scale, settings,
+    self, END, LOGARITHMIC, SETTINGS, check_dimensions, count, interval, refuse, refuse_scenario,
 };
 use crate::sweep::{SweepValue, ValueInterval};
+use space_table::{
+    CASE, CONSTRAINTS, DIMENSION, ITERATIONS, MAXIMIZE, METHOD, MINIMIZE, NAME, PARTICLES,
+    RESTARTS, SEED, SET, TABLE,
+};
+
+const CHOICE: Type<ConstraintChoice> = Type::new(
+    Shape::Either(&[
+        Shape::List {
+            of: &Shape::One(Accepts::Name),
+            least: 0,
+            distinct: true,
+        },
+        Shape::Choice(|| vec!["all"]),
+    ]),
+    |item, _| constraints(item),
+);
+
+table! {
+    /// Keys of a search space.
+    pub(super) space_table = TableSpec::new("top level", "search space").selected_by("method");
+    NAME: String = "name", Type::TEXT, "name in reports", r#"name = "trot""#,
+        otherwise("the file's name");
+    MAXIMIZE: Placed<String> = "maximize", Type::PLACED,
+        "expectation whose measured value is to be great", r#"maximize = "forward speed""#,
+        one_of();
+    MINIMIZE: Placed<String> = "minimize", Type::PLACED,
+        "expectation whose measured value is to be small", r#"minimize = "roll, peak to peak""#,
+        one_of();
+    CONSTRAINTS: ConstraintChoice = "constraints", CHOICE,
+        "expectations that have to hold; `all` are all others",
+        r#"constraints = ["goes straight"]"#, otherwise("none");
+    METHOD: SearchMethod = "method", choice(), "CMA-ES, or a particle swarm", r#"method = "pso""#,
+        default("'cma-es'");
+    PARTICLES: usize = "particles", count(1), "points of a generation", "particles = 120",
+        otherwise("`pso`: 40; `cma-es`: 4 + 3 ln n for n dimensions");
+    ITERATIONS: usize = "iterations", count(0), "generations after the first one",
+        "iterations = 400", default("100");
+    RESTARTS: usize = "restarts", count(0),
+        "restarts after convergence, each with twice the particles", "restarts = 4", default("0"),
+        only_with(&["cma-es"]);
+    SEED: u64 = "seed", Type::NATURAL, "seed of the search", "seed = 2", default("1");
+    SET: Vec<(String, String)> = "set", SETTINGS,
+        "keys of the scenario that are the same in all runs", r#"set = { duration = "10 s" }"#,
+        otherwise("none");
+    DIMENSION: () = read::DIMENSION, contextual(Shape::Tables(dimension_table::TABLE)),
+        "settings that are searched",
+        r#"dimension = [{ key = "frequency", from = "2 Hz", to = "5 Hz" }]"#, required();
+    CASE: () = "case", contextual(Shape::Tables(case_table::TABLE)),
+        "runs of every point, of which the worst one counts",
+        r#"case = [{ name = "lcp", set = { plant.model = "lcp" } }]"#, otherwise("none");
+}
+
+table! {
+    /// Keys of `[[dimension]]`.
+    pub(super) dimension_table = TableSpec::new("[[dimension]]", "setting that is searched");
+    KEY: Placed<String> = "key", Type::PLACED,
+        "dotted key of the scenario, or name of a process variable", r#"key = "hip_height/fore""#,
+        required();
+    FROM: () = "from", contextual(END), "lower bound", r#"from = "11 cm""#, required();
+    TO: () = "to", contextual(END), "upper bound, above `from`", r#"to = "14 cm""#, required();
+    SCALE: bool = "scale", LOGARITHMIC, "whether differences or ratios count",
+        r#"scale = "logarithmic""#, default("'linear'");
+}
 
 /// Keys of a sweep's dimension that a search does not have.
 const SWEEP_ONLY: [&str; 3] = ["values", "count", "whole"];
@@ -32,9 +95,11 @@ pub enum SearchMethod {
     Pso,
 }
 
-impl SearchMethod {
+impl Words for SearchMethod {
     const WORDS: &'static [(&'static str, Self)] = &[("cma-es", Self::CmaEs), ("pso", Self::Pso)];
+}
 
+impl SearchMethod {
     /// Returns the word of a search space.
     pub fn word(self) -> &'static str {
         let word = Self::WORDS.iter().find(|(_, method)| *method == self);
@@ -56,8 +121,8 @@ impl Direction {
     /// Returns the key of a search space.
     pub fn word(self) -> &'static str {
         match self {
-            Self::Maximize => MAXIMIZE,
-            Self::Minimize => MINIMIZE,
+            Self::Maximize => MAXIMIZE.name,
+            Self::Minimize => MINIMIZE.name,
         }
     }
 }
@@ -112,6 +177,11 @@ pub struct SearchSpace {
 }
 
 impl SearchSpace {
+    /// Returns the tables of a search space with their keys, beginning with the top level.
+    pub fn tables() -> Vec<TableReference> {
+        TableReference::of(TABLE)
+    }
+
     /// Reads a search space from a document.
     ///
     /// # Errors
@@ -164,31 +234,28 @@ impl SearchSpace {
 }
 
 fn space(document: &Document, table: &Table<'_>) -> Result<SearchSpace, Reported> {
-    let name = table.optional(NAME, |item| item.text().map(str::to_owned));
-    let method = table.optional(METHOD, |item| item.choice(SearchMethod::WORDS));
-    let particles = table.optional(PARTICLES, |item| natural(item, 1));
-    let iterations = table.optional(ITERATIONS, |item| natural(item, 0));
-    let restarts = table.optional(RESTARTS, |item| natural(item, 0));
-    let seed = table.optional(SEED, Item::natural);
-    let set = table.optional(SET, settings);
-    let cases = table.optional(CASE, cases);
-    let objective = objective(table);
-    let constraints = table.optional(CONSTRAINTS, constraints);
-    let dimensions = table.required(DIMENSION, |item| item.each(dimension));
+    let keys = TABLE.of(table);
+    let (name, method) = (keys.get(&NAME), keys.read(&METHOD));
+    let (particles, iterations) = (keys.get(&PARTICLES), keys.read(&ITERATIONS));
+    let (restarts, seed) = (keys.read(&RESTARTS), keys.read(&SEED));
+    let set = keys.get(&SET);
+    let cases = keys.get_with(&CASE, cases);
+    let objective = objective(keys);
+    let constraints = keys.get(&CONSTRAINTS);
+    let dimensions = keys.read_with(&DIMENSION, |item| item.each(dimension));
     let dimensions = dimensions.and_then(|dimensions| {
         check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
         Ok(dimensions)
     });
     let restarts = match (method, restarts) {
-        (Ok(Some(SearchMethod::Pso)), Ok(Some(_))) => {
+        (Ok(SearchMethod::Pso), Ok(_)) if keys.has(&RESTARTS) => {
             let message = format!("a particle swarm has no `{RESTARTS}`");
             let help = "leave it out, or take method = \"cma-es\"";
-            Err(table.report(RESTARTS, message, help))
+            Err(keys.report(&RESTARTS, message, help))
         }
         (_, restarts) => restarts,
     };
     let (method, restarts, dimensions) = (method?, restarts?, dimensions?);
-    let method = method.unwrap_or(SearchMethod::CmaEs);
     let (objective, direction) = objective?;
     let file = document.file();
     let stem = || Path::new(file).file_stem();
@@ -199,9 +266,9 @@ fn space(document: &Document, table: &Table<'_>) -> Result<SearchSpace, Reported
         file: file.to_owned(),
         method,
         particles: particles?,
-        iterations: iterations?.unwrap_or(100),
-        restarts: restarts.unwrap_or(0),
-        seed: seed?.unwrap_or(1),
+        iterations: iterations?,
+        restarts,
+        seed: seed?,
         set: set?.unwrap_or_default(),
         dimensions,
         cases: cases?.unwrap_or_default(),
@@ -211,14 +278,13 @@ fn space(document: &Document, table: &Table<'_>) -> Result<SearchSpace, Reported
     };
     match space.search() {
         Ok(_) => Ok(space),
-        Err(error) => Err(table.report(PARTICLES, error.to_string(), "take more particles")),
+        Err(error) => Err(keys.report(&PARTICLES, error.to_string(), "take more particles")),
     }
 }
 
 /// Reads the objective, of which there is exactly one.
-fn objective(table: &Table<'_>) -> Result<(Placed<String>, Direction), Reported> {
-    let great = table.optional(MAXIMIZE, Item::placed_text);
-    let small = table.optional(MINIMIZE, Item::placed_text);
+fn objective(keys: Declared<'_, '_>) -> Result<(Placed<String>, Direction), Reported> {
+    let (great, small) = (keys.get(&MAXIMIZE), keys.get(&MINIMIZE));
     match (great?, small?) {
         (Some(name), None) => Ok((name, Direction::Maximize)),
         (None, Some(name)) => Ok((name, Direction::Minimize)),
@@ -226,9 +292,9 @@ fn objective(table: &Table<'_>) -> Result<(Placed<String>, Direction), Reported>
             let message = format!("there are both `{MAXIMIZE}` and `{MINIMIZE}`");
             let help =
                 "leave one of them out; an expectation that only has to hold is a constraint";
-            Err(table.report(MINIMIZE, message, help))
+            Err(keys.report(&MINIMIZE, message, help))
         }
-        (None, None) => Err(table.missing(MAXIMIZE)),
+        (None, None) => Err(keys.table().missing(MAXIMIZE.name)),
     }
 }
 
@@ -253,22 +319,24 @@ fn constraints(item: &Item<'_>) -> Result<ConstraintChoice, Reported> {
 }
 
 fn dimension(item: &Item<'_>) -> Result<SpaceDimension, Reported> {
+    use dimension_table::{FROM, KEY, SCALE, TO};
     let table = &item.table()?;
-    let key = table.required(KEY, Item::placed_text);
-    let logarithmic = table.optional(SCALE, scale);
+    let keys = dimension_table::TABLE.of(table);
+    let (key, logarithmic) = (keys.read(&KEY), keys.read(&SCALE));
     table.expect(SWEEP_ONLY);
     let refused = refuse(table, &SWEEP_ONLY, |key| {
         let message = format!("a search has no `{key}`: it searches an interval of quantities");
         let help = format!("write `{FROM}` and `{TO}`; `twin sweep` runs given values");
         (message, help)
     });
-    table.expect([FROM, TO]);
+    keys.expect(&FROM);
+    keys.expect(&TO);
     // An interval is not missed where other keys were given in its place.
     refused?;
-    let is_logarithmic = logarithmic.is_ok_and(Option::unwrap_or_default);
+    let is_logarithmic = logarithmic.unwrap_or_default();
     let interval = interval(table, None, is_logarithmic);
     let key = key.and_then(|key| {
-        if key.value != SEED {
+        if key.value != SEED.name {
             return Ok(key);
         }
         let message = "whole numbers are not searched";

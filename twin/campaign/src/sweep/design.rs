@@ -1,6 +1,7 @@
 //! Designs: the points of a sweep.
 
 use serde::Serialize;
+use twinrig_document::declaration::Words;
 use twinrig_kernel::{Stream, stream};
 
 use super::dimension::{DimensionValues, SweepDimension};
@@ -21,15 +22,16 @@ pub enum DesignKind {
     Morris,
 }
 
-impl DesignKind {
-    /// Words of a specification.
-    pub(super) const WORDS: &'static [(&'static str, Self)] = &[
+impl Words for DesignKind {
+    const WORDS: &'static [(&'static str, Self)] = &[
         ("grid", Self::Grid),
         ("latin-hypercube", Self::LatinHypercube),
         ("random", Self::Random),
         ("morris", Self::Morris),
     ];
+}
 
+impl DesignKind {
     /// Returns the word of a specification.
     pub fn word(self) -> &'static str {
         let word = Self::WORDS.iter().find(|(_, kind)| *kind == self);

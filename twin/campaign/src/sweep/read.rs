@@ -1,11 +1,12 @@
 //! Reading of dimensions and of settings, for sweeps and for searches.
 
-use twinrig_document::{Document, DocumentError, Item, Placed, Problem, Reported, Table};
+use twinrig_document::declaration::{Accepts, Key, Shape, TableSpec, Type, contextual, table};
+use twinrig_document::{Document, DocumentError, Item, Placed, Problem, Range, Reported, Table};
 use twinrig_kernel::Unit;
 
 use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
-use super::keys::{ALSO, COUNT, DIMENSION, FROM, KEY, SCALE, TO, VALUES, WHOLE};
 use super::value::{SweepValue, toml};
+use dimension_table::{ALSO, COUNT, FROM, KEY, SCALE, TABLE, TO, VALUES, WHOLE};
 
 /// Greatest number of points of a sweep, and of a generation of a search.
 pub const POINTS_MOST: usize = 1_000_000;
@@ -13,6 +14,49 @@ pub const POINTS_MOST: usize = 1_000_000;
 pub(crate) const DIMENSIONS_MOST: usize = 100;
 /// Key of a scenario whose values are whole numbers.
 const SCENARIO_SEED: &str = "seed";
+
+/// Key of the dimensions.
+pub(crate) const DIMENSION: &str = "dimension";
+/// End of an interval.
+pub(crate) const END: Shape = Shape::Measured(Range::ANY);
+const LISTED: Type<Vec<SweepValue>> = Type::new(Shape::set(&Shape::Any, 1), |item, _| listed(item));
+/// Settings: keys and values in TOML.
+pub(crate) const SETTINGS: Type<Vec<(String, String)>> =
+    Type::new(Shape::Settings, |item, _| settings(item));
+/// Whether ratios count instead of differences.
+pub(crate) const LOGARITHMIC: Type<bool> = Type::new(
+    Shape::Choice(|| vec!["linear", "logarithmic"]),
+    |item, _| item.choice(&[("linear", false), ("logarithmic", true)]),
+);
+
+table! {
+    /// Keys of `[[dimension]]`.
+    pub(crate) dimension_table = TableSpec::new("[[dimension]]", "setting that is varied");
+    KEY: Placed<String> = "key", Type::PLACED,
+        "dotted key of the scenario, or name of a process variable", r#"key = "plant.ground.at""#,
+        required();
+    ALSO: Vec<Placed<String>> = "also", Type::NAMES,
+        "further keys, which have the same value as the key in every run",
+        r#"also = ["obstacle_distance"]"#, otherwise("none");
+    VALUES: Vec<SweepValue> = "values", LISTED, "the values, in place of `from` and `to`",
+        r#"values = ["trot", "walk"]"#;
+    FROM: () = "from", contextual(END), "lower end", r#"from = "2.5 m""#;
+    TO: () = "to", contextual(END), "upper end, above `from`", r#"to = "2.76 m""#;
+    COUNT: usize = "count", count(2),
+        "number of values in a grid, at equal distances with both ends", "count = 10";
+    SCALE: bool = "scale", LOGARITHMIC, "whether differences or ratios count",
+        r#"scale = "logarithmic""#, default("'linear'");
+    WHOLE: bool = "whole", Type::BOOLEAN, "only whole numbers, in a grid all of them",
+        "whole = true", otherwise("true for `seed`, otherwise false");
+}
+
+/// Returns a whole number from `least` to the greatest number of points.
+pub(crate) const fn count(least: u64) -> Type<usize> {
+    Type::new(
+        Shape::One(Accepts::Natural(least..=POINTS_MOST as u64)),
+        natural,
+    )
+}
 
 /// Refuses a scenario in place of `expected`: the two files of a command were exchanged.
 pub(crate) fn refuse_scenario(document: &Document, expected: &str) -> Result<(), DocumentError> {
@@ -61,14 +105,28 @@ pub fn overlap(one: &str, other: &str) -> bool {
     contains(one, other) || contains(other, one)
 }
 
-/// Reads a whole number from `least` to the greatest number of points.
-pub(crate) fn natural(item: &Item<'_>, least: usize) -> Result<usize, Reported> {
-    let number = usize::try_from(item.natural()?).unwrap_or(usize::MAX);
-    if (least..=POINTS_MOST).contains(&number) {
-        return Ok(number);
+/// Reads a whole number of the shape `Accepts::Natural`.
+pub(super) fn natural(item: &Item<'_>, shape: &Shape) -> Result<usize, Reported> {
+    let Shape::One(Accepts::Natural(range)) = shape else {
+        unreachable!("a whole number");
+    };
+    let number = item.natural()?;
+    if range.contains(&number) {
+        return Ok(usize::try_from(number).unwrap_or(usize::MAX));
     }
     let message = format!("`{}` is {number}", item.key());
-    Err(item.report(message, format!("expected {least} to {POINTS_MOST}")))
+    let (least, most) = (range.start(), range.end());
+    Err(item.report(message, format!("expected {least} to {most}")))
+}
+
+/// Reads a number of levels.
+pub(super) fn levels(item: &Item<'_>, shape: &Shape) -> Result<usize, Reported> {
+    let levels = natural(item, shape)?;
+    if levels % 2 == 1 {
+        let message = format!("`{}` is {levels}, which is odd", item.key());
+        return Err(item.report(message, "take an even number: a change is of half of them"));
+    }
+    Ok(levels)
 }
 
 /// Reads a table of settings: keys and values in TOML.
@@ -121,29 +179,24 @@ fn check_line(item: &Item<'_>) -> Result<(), Reported> {
     Ok(())
 }
 
-/// Reads whether ratios count instead of differences.
-pub(crate) fn scale(item: &Item<'_>) -> Result<bool, Reported> {
-    item.choice(&[("linear", false), ("logarithmic", true)])
-}
-
 pub(super) fn dimension(item: &Item<'_>, is_grid: bool) -> Result<SweepDimension, Reported> {
     let table = &item.table()?;
+    let keys = TABLE.of(table);
     // All keys are read before the first return: a dimension shows all its problems.
-    let key = table.required(KEY, Item::placed_text);
-    let also = table.optional(ALSO, |item| item.each(Item::placed_text));
-    let is_listed = table.keys().any(|known| known == VALUES);
-    let listed = table.optional(VALUES, listed);
+    let (key, also) = (keys.read(&KEY), keys.get(&ALSO));
+    let listed = keys.get(&VALUES);
     let is_seed = key.as_ref().is_ok_and(|key| key.value == SCENARIO_SEED);
-    let whole = table.optional(WHOLE, Item::boolean);
-    let logarithmic = table.optional(SCALE, scale);
-    let count = table.optional(COUNT, |item| natural(item, 2));
-    table.expect([FROM, TO]);
+    let whole = keys.get(&WHOLE);
+    let logarithmic = keys.read(&SCALE);
+    let count = keys.get(&COUNT);
+    keys.expect(&FROM);
+    keys.expect(&TO);
     let values = match whole {
-        _ if is_listed => beside_values(table)
+        _ if keys.has(&VALUES) => beside_values(table)
             .and(listed)
             .map(|values| DimensionValues::Listed(values.unwrap_or_default())),
         Err(reported) => Err(reported),
-        Ok(_) if !table.keys().any(|known| [FROM, TO].contains(&known)) => {
+        Ok(_) if !keys.has(&FROM) && !keys.has(&TO) => {
             let help = "add `values = [ … ]`, or `from` and `to`";
             Err(item.report("the dimension has no values", help))
         }
@@ -175,7 +228,8 @@ pub(crate) fn refuse(
 
 /// Refuses the keys of intervals beside a list of values.
 fn beside_values(table: &Table<'_>) -> Result<(), Reported> {
-    refuse(table, &[FROM, TO, COUNT, SCALE, WHOLE], |key| {
+    let keys = [FROM.name, TO.name, COUNT.name, SCALE.name, WHOLE.name];
+    refuse(table, &keys, |key| {
         let message = format!("`{key}` has no meaning beside `{VALUES}`");
         (message, "leave one of them out".to_owned())
     })
@@ -185,24 +239,24 @@ fn beside_values(table: &Table<'_>) -> Result<(), Reported> {
 fn quantities(
     table: &Table<'_>,
     count: Result<Option<usize>, Reported>,
-    logarithmic: Result<Option<bool>, Reported>,
+    logarithmic: Result<bool, Reported>,
     is_grid: bool,
 ) -> Result<DimensionValues, Reported> {
-    let is_logarithmic = logarithmic.is_ok_and(Option::unwrap_or_default);
+    let is_logarithmic = logarithmic.unwrap_or_default();
     let interval = interval(table, count.unwrap_or(None), is_logarithmic);
     match count? {
-        None if is_grid => return Err(table.missing(COUNT)),
+        None if is_grid => return Err(table.missing(COUNT.name)),
         Some(_) if !is_grid => {
             let message = format!("`{COUNT}` has no meaning where values are drawn");
             let help = "leave it out; `points` counts the draws";
-            return Err(table.report(COUNT, message, help));
+            return Err(table.report(COUNT.name, message, help));
         }
         _ => {}
     }
     logarithmic.and(interval.map(DimensionValues::Interval))
 }
 
-fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
+pub(super) fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
     let values = item.each(|item| {
         check_line(item)?;
         Ok((SweepValue::of(item), item.place()))
@@ -222,9 +276,9 @@ fn listed(item: &Item<'_>) -> Result<Vec<SweepValue>, Reported> {
 }
 
 fn whole_numbers(table: &Table<'_>) -> Result<DimensionValues, Reported> {
-    let from = table.required(FROM, Item::natural);
-    let to = table.required(TO, Item::natural);
-    let refused = refuse(table, &[COUNT, SCALE], |key| {
+    let from = table.required(FROM.name, Item::natural);
+    let to = table.required(TO.name, Item::natural);
+    let refused = refuse(table, &[COUNT.name, SCALE.name], |key| {
         let message = format!("`{key}` has no meaning for whole numbers, all of which count");
         let help = format!("leave it out, or list the numbers in `{VALUES}`");
         (message, help)
@@ -238,7 +292,7 @@ fn whole_numbers(table: &Table<'_>) -> Result<DimensionValues, Reported> {
 
 fn not_ascending(table: &Table<'_>) -> Reported {
     let message = format!("`{TO}` has to be above `{FROM}`");
-    table.report(TO, message, "exchange them")
+    table.report(TO.name, message, "exchange them")
 }
 
 /// Reads the ends of an interval.
@@ -247,19 +301,19 @@ pub(crate) fn interval(
     count: Option<usize>,
     logarithmic: bool,
 ) -> Result<ValueInterval, Reported> {
-    let from = table.required(FROM, |item| {
+    let from = table.required(FROM.name, |item| {
         let unit = item.any_unit()?;
         Ok((item.quantity(unit, &SweepValue::RANGE)?, unit))
     });
     let unit = from.as_ref().map_or(Unit::One, |(_, unit)| *unit);
-    let to = table.required(TO, |item| item.quantity(unit, &SweepValue::RANGE));
+    let to = table.required(TO.name, |item| item.quantity(unit, &SweepValue::RANGE));
     let ((from, unit), to) = (from?, to?);
     if from >= to {
         return Err(not_ascending(table));
     }
     if logarithmic && from <= 0.0 {
         let message = format!("`{FROM}` is {from}; a logarithmic scale has positive values only");
-        return Err(table.report(FROM, message, "take a linear scale"));
+        return Err(table.report(FROM.name, message, "take a linear scale"));
     }
     Ok(ValueInterval {
         from,

@@ -1,10 +1,32 @@
 //! Shares of runs that are asserted, and their verdicts.
 
+use std::ops::Bound;
+
 use serde::Serialize;
-use twinrig_document::Placed;
+use twinrig_document::declaration::{Key, TableSpec, Type, quantity, table};
+use twinrig_document::{Item, Placed, Range, Reported};
+use twinrig_kernel::Unit;
 
 use super::summary::RowSummary;
 use super::wilson::ShareInterval;
+
+const RATIO: Range = Range::between(0.0, 1.0);
+const INNER: Range = Range {
+    min: Bound::Excluded(0.0),
+    max: Bound::Excluded(1.0),
+};
+
+table! {
+    /// Keys of `[[share]]`.
+    pub(super) share_table = TableSpec::new("[[share]]", "assertion about a share of the runs");
+    OF: Placed<String> = "of", Type::PLACED,
+        "name of an expectation, or `verdict` for all of a run together",
+        r#"of = "does not fall""#, required();
+    MIN: f64 = "min", quantity(Unit::One, RATIO), "least share, below 1", r#"min = "80 %""#;
+    MAX: f64 = "max", quantity(Unit::One, RATIO), "greatest share, above 0", "max = 0.05";
+    CONFIDENCE: f64 = "confidence", quantity(Unit::One, INNER), "confidence of the interval",
+        r#"confidence = "99 %""#, default("'95 %'");
+}
 
 /// Assertion about a share.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,5 +139,46 @@ impl ShareSpec {
         } else {
             ShareVerdict::Undecided
         }
+    }
+}
+
+/// Reads a `[[share]]`.
+pub(super) fn share(item: &Item<'_>) -> Result<ShareSpec, Reported> {
+    use share_table::{CONFIDENCE, MAX, MIN, OF};
+    let table = &item.table()?;
+    let keys = share_table::TABLE.of(table);
+    let of = keys.read(&OF);
+    // No number of runs shows a share of exactly 0 or 1.
+    let bound = |key: &Key<f64>, excluded: f64, help: &str| {
+        keys.get_with(key, |item| {
+            let share = item.number(&RATIO)?;
+            if share == excluded {
+                let (key, percent) = (key.name, 100.0 * share);
+                let message = format!("no number of runs shows a `{key}` of {percent:.1} %");
+                return Err(item.report(message, help));
+            }
+            Ok(share)
+        })
+    };
+    let all = "take less, as `min = \"99 %\"`; without shares, every run has to pass";
+    let none = "take more, as `max = \"1 %\"`, which runs without one can show";
+    let (min, max) = (bound(&MIN, 1.0, all), bound(&MAX, 0.0, none));
+    let confidence = keys.read(&CONFIDENCE);
+    let (min, max) = (min?, max?);
+    match (min, max) {
+        (None, None) => {
+            let help = format!("add `{MIN} = …` or `{MAX} = …`");
+            Err(item.report("the share has no bound", help))
+        }
+        (Some(least), Some(most)) if least > most => {
+            let message = format!("`{MIN}` is above `{MAX}`");
+            Err(keys.report(&MIN, message, "exchange them"))
+        }
+        _ => Ok(ShareSpec {
+            of: of?,
+            min,
+            max,
+            confidence: confidence?,
+        }),
     }
 }

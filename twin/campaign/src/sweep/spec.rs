@@ -1,25 +1,68 @@
 //! Reading specifications of sweeps.
 
-use std::ops::Bound;
 use std::path::Path;
 
+use twinrig_document::declaration::{
+    Accepts, Declared, Key, Presence, Shape, TableReference, TableSpec, Type, choice, contextual,
+    table,
+};
 use twinrig_document::{
-    AssumedValue, Document, DocumentError, Item, Placed, Problem, Range, Reported, Table,
-    suggestion,
+    AssumedValue, Document, DocumentError, Item, Placed, Problem, Reported, Table, suggestion,
 };
 
 use super::design::{Design, DesignKind};
 use super::dimension::{DimensionValues, SweepDimension, ValueInterval};
-use super::keys::{
-    ASSUMED, CONFIDENCE, DESIGN, DIMENSION, LEVELS, MAX, MEASURES, MIN, NAME, OF, POINTS, SEED,
-    SET, SHARE, TRAJECTORIES,
-};
 use super::read::{
-    DIMENSIONS_MOST, POINTS_MOST, check_dimensions, dimension, natural, overlap, refuse,
-    refuse_scenario, settings,
+    self, DIMENSIONS_MOST, POINTS_MOST, SETTINGS, check_dimensions, count, dimension,
+    dimension_table, overlap, refuse, refuse_scenario,
 };
-use super::share::ShareSpec;
+use super::share::{ShareSpec, share, share_table};
 use super::value::SweepValue;
+use spec_table::{
+    ASSUMED, DESIGN, DIMENSION, LEVELS, MEASURES, NAME, POINTS, SEED, SET, SHARE, TABLE,
+    TRAJECTORIES,
+};
+
+/// Designs whose points are drawn.
+const DRAWN: &[&str] = &["latin-hypercube", "random", "morris"];
+const EVEN: Type<usize> = Type::new(
+    Shape::One(Accepts::Natural(2..=POINTS_MOST as u64)),
+    read::levels,
+);
+
+table! {
+    /// Keys of a specification.
+    pub(super) spec_table = TableSpec::new("top level", "specification of a sweep")
+        .selected_by("design");
+    NAME: String = "name", Type::TEXT, "name in reports", r#"name = "step down""#,
+        otherwise("the file's name");
+    DESIGN: DesignKind = "design", choice(), "rule that chooses the points", r#"design = "random""#,
+        default("'grid'");
+    POINTS: usize = "points", count(1), "number of points", "points = 100", required(),
+        only_with(&["latin-hypercube", "random"]);
+    TRAJECTORIES: usize = "trajectories", count(1),
+        "number of trajectories, each of a point more than there are dimensions",
+        "trajectories = 20", required(), only_with(&["morris"]);
+    LEVELS: usize = "levels", EVEN, "number of values of each dimension, which is even",
+        "levels = 6", default("4"), only_with(&["morris"]);
+    MEASURES: Vec<Placed<String>> = "measures", Type::NAMES,
+        "names of the expectations whose measured values have effects",
+        r#"measures = ["forward speed"]"#, otherwise("all"), only_with(&["morris"]);
+    ASSUMED: Vec<Placed<String>> = "assumed", Type::NAMES,
+        "keys and tables of the robot file whose assumed values are dimensions, by their intervals",
+        r#"assumed = ["leg", "actuator.hip.lag"]"#, otherwise("none"), only_with(DRAWN);
+    SEED: u64 = "seed", Type::NATURAL, "seed of the draws", "seed = 2", default("1"),
+        only_with(DRAWN);
+    SET: Vec<(String, String)> = "set", SETTINGS,
+        "keys of the scenario that are the same in all runs", r#"set = { duration = "7 s" }"#,
+        otherwise("none");
+    DIMENSION: () = read::DIMENSION, contextual(Shape::Tables(dimension_table::TABLE)),
+        "settings that are varied", r#"dimension = [{ key = "seed", from = 1, to = 20 }]"#,
+        otherwise("none; required without `assumed`");
+    SHARE: () = "share", contextual(Shape::Tables(share_table::TABLE)),
+        "assertions about shares of the runs", r#"share = [{ of = "verdict", min = "80 %" }]"#,
+        otherwise("none");
+}
 
 /// Specification of a sweep.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +91,11 @@ pub struct SweepSpec {
 }
 
 impl SweepSpec {
+    /// Returns the tables of a specification with their keys, beginning with the top level.
+    pub fn tables() -> Vec<TableReference> {
+        TableReference::of(TABLE)
+    }
+
     /// Reads a specification from a document.
     ///
     /// # Errors
@@ -190,28 +238,16 @@ struct Numbers {
     levels: Option<usize>,
 }
 
-fn numbers(table: &Table<'_>, kind: DesignKind) -> Result<Numbers, Reported> {
-    let points = table.optional(POINTS, |item| natural(item, 1));
-    let seed = table.optional(SEED, Item::natural);
-    let trajectories = table.optional(TRAJECTORIES, |item| natural(item, 1));
-    let levels = table.optional(LEVELS, |item| {
-        let levels = natural(item, 2)?;
-        if levels % 2 == 1 {
-            let message = format!("`{LEVELS}` is {levels}, which is odd");
-            return Err(item.report(message, "take an even number: a change is of half of them"));
-        }
-        Ok(levels)
-    });
+fn numbers(keys: Declared<'_, '_>, kind: DesignKind) -> Result<Numbers, Reported> {
+    let (points, seed) = (keys.get(&POINTS), keys.read(&SEED));
+    let (trajectories, levels) = (keys.get(&TRAJECTORIES), keys.read(&LEVELS));
     let word = kind.word();
-    let (foreign, required): (&[&str], _) = match kind {
-        DesignKind::Grid => (
-            &[POINTS, SEED, TRAJECTORIES, LEVELS, MEASURES, ASSUMED],
-            None,
-        ),
-        DesignKind::Morris => (&[POINTS], Some(TRAJECTORIES)),
-        _ => (&[TRAJECTORIES, LEVELS, MEASURES], Some(POINTS)),
-    };
-    let refused = refuse(table, foreign, |key| {
+    let of_designs = TABLE.all_keys().into_iter();
+    let of_designs = of_designs.filter(|key| !key.only_with.is_empty());
+    let (own, foreign): (Vec<_>, Vec<_>) =
+        of_designs.partition(|key| key.only_with.contains(&word));
+    let foreign: Vec<_> = foreign.iter().map(|key| key.name).collect();
+    let refused = refuse(keys.table(), &foreign, |key| {
         let design = match kind {
             DesignKind::Grid => "a grid".to_owned(),
             _ => format!("the design `{word}`"),
@@ -220,26 +256,28 @@ fn numbers(table: &Table<'_>, kind: DesignKind) -> Result<Numbers, Reported> {
         (format!("{design} has no `{key}`"), help.to_owned())
     });
     let (points, seed, trajectories, levels) = (points?, seed?, trajectories?, levels?);
+    let required = own.iter().find(|key| key.presence == Presence::Required);
     if let Some(key) = required.filter(|_| points.or(trajectories).is_none()) {
-        return Err(table.missing(key));
+        return Err(keys.table().missing(key.name));
     }
     refused?;
     Ok(Numbers {
         points: points.unwrap_or(0),
-        seed: seed.unwrap_or(1),
+        seed,
         trajectories: trajectories.unwrap_or(0),
-        levels: (kind == DesignKind::Morris).then(|| levels.unwrap_or(4)),
+        levels: (kind == DesignKind::Morris).then_some(levels),
     })
 }
 
 /// Reads the dimensions; there may be none beside assumed values.
-fn dimensions(table: &Table<'_>, kind: DesignKind) -> Result<Vec<SweepDimension>, Reported> {
+fn dimensions(keys: Declared<'_, '_>, kind: DesignKind) -> Result<Vec<SweepDimension>, Reported> {
+    let table = keys.table();
     let read = |item: &Item<'_>| item.each(|item| dimension(item, kind == DesignKind::Grid));
-    let has_assumed = table.keys().any(|key| key == ASSUMED);
+    let has_assumed = keys.has(&ASSUMED);
     let dimensions = if has_assumed {
-        table.optional(DIMENSION, read)?.unwrap_or_default()
+        keys.get_with(&DIMENSION, read)?.unwrap_or_default()
     } else {
-        table.required(DIMENSION, read)?
+        keys.read_with(&DIMENSION, read)?
     };
     if !(has_assumed && dimensions.is_empty()) {
         check_dimensions(table, dimensions.iter().flat_map(SweepDimension::keys))?;
@@ -256,23 +294,22 @@ fn dimensions(table: &Table<'_>, kind: DesignKind) -> Result<Vec<SweepDimension>
 }
 
 fn spec(document: &Document, table: &Table<'_>) -> Result<SweepSpec, Reported> {
-    let name = table.optional(NAME, |item| item.text().map(str::to_owned));
-    let kind = table.optional(DESIGN, |item| item.choice(DesignKind::WORDS));
+    let keys = TABLE.of(table);
+    let name = keys.get(&NAME);
     // Without a valid design, keys of all designs are accepted.
-    let read = kind.map(|kind| kind.unwrap_or(DesignKind::Grid));
+    let read = keys.read(&DESIGN);
     let kind = read.unwrap_or(DesignKind::Random);
     let numbers = match read {
-        Ok(kind) => numbers(table, kind),
+        Ok(kind) => numbers(keys, kind),
         Err(reported) => {
-            table.expect([POINTS, SEED, TRAJECTORIES, LEVELS]);
+            table.expect([POINTS.name, SEED.name, TRAJECTORIES.name, LEVELS.name]);
             Err(reported)
         }
     };
-    let texts = |key| table.optional(key, |item| item.each(Item::placed_text));
-    let (assumed, measures) = (texts(ASSUMED), texts(MEASURES));
-    let set = table.optional(SET, settings);
-    let dimensions = dimensions(table, kind);
-    let shares = table.optional(SHARE, |item| item.each(share));
+    let (assumed, measures) = (keys.get(&ASSUMED), keys.get(&MEASURES));
+    let set = keys.get(&SET);
+    let dimensions = dimensions(keys, kind);
+    let shares = keys.get_with(&SHARE, |item| item.each(share));
     let (numbers, dimensions) = (numbers?, dimensions?);
     let points = match kind {
         DesignKind::Grid => grid_points(table, &dimensions)?,
@@ -314,48 +351,6 @@ fn grid_points(table: &Table<'_>, dimensions: &[SweepDimension]) -> Result<usize
     product.ok_or_else(|| {
         let message = format!("the grid has more than {POINTS_MOST} points");
         let help = "take fewer values, or design = \"latin-hypercube\" with a number of points";
-        table.report(DIMENSION, message, help)
+        table.report(DIMENSION.name, message, help)
     })
-}
-
-fn share(item: &Item<'_>) -> Result<ShareSpec, Reported> {
-    let table = &item.table()?;
-    let of = table.required(OF, Item::placed_text);
-    // No number of runs shows a share of exactly 0 or 1.
-    let bound = |key: &str, excluded: f64, help: &str| {
-        table.optional(key, |item| {
-            let share = item.number(&Range::between(0.0, 1.0))?;
-            if share == excluded {
-                let percent = 100.0 * share;
-                let message = format!("no number of runs shows a `{key}` of {percent:.1} %");
-                return Err(item.report(message, help));
-            }
-            Ok(share)
-        })
-    };
-    let all = "take less, as `min = \"99 %\"`; without shares, every run has to pass";
-    let none = "take more, as `max = \"1 %\"`, which runs without one can show";
-    let (min, max) = (bound(MIN, 1.0, all), bound(MAX, 0.0, none));
-    let inner = Range {
-        min: Bound::Excluded(0.0),
-        max: Bound::Excluded(1.0),
-    };
-    let confidence = table.optional(CONFIDENCE, |item| item.number(&inner));
-    let (min, max) = (min?, max?);
-    match (min, max) {
-        (None, None) => {
-            let help = format!("add `{MIN} = …` or `{MAX} = …`");
-            Err(item.report("the share has no bound", help))
-        }
-        (Some(least), Some(most)) if least > most => {
-            let message = format!("`{MIN}` is above `{MAX}`");
-            Err(table.report(MIN, message, "exchange them"))
-        }
-        _ => Ok(ShareSpec {
-            of: of?,
-            min,
-            max,
-            confidence: confidence?.unwrap_or(0.95),
-        }),
-    }
 }

@@ -1,9 +1,7 @@
 //! Search spaces: keys, mistakes, and points of a search.
 
 use proptest::prelude::*;
-use twinrig_campaign::optimization::{
-    ConstraintChoice, Direction, SPACE_KEYS, SearchMethod, SearchSpace,
-};
+use twinrig_campaign::optimization::{ConstraintChoice, Direction, SearchMethod, SearchSpace};
 use twinrig_document::Document;
 
 fn space(text: &str) -> Result<SearchSpace, String> {
@@ -46,12 +44,14 @@ fn with_example(table: &str, name: &str, example: &str) -> String {
 /// The reader and the declarations have the same keys.
 #[test]
 fn every_declared_key_is_read_and_no_other() {
-    for key in SPACE_KEYS {
-        let text = with_example(key.table, key.name, key.example);
-        assert_eq!(space(&text).map(drop), Ok(()), "{text}");
-        let wrong = key.example.replacen(key.name, "unheard", 1);
-        let error = space(&with_example(key.table, key.name, &wrong)).unwrap_err();
-        assert!(error.contains("unknown key `unheard`"), "{error}");
+    for table in SearchSpace::tables() {
+        for key in table.keys {
+            let text = with_example(table.name, key.name, key.example);
+            assert_eq!(space(&text).map(drop), Ok(()), "{text}");
+            let wrong = key.example.replacen(key.name, "unheard", 1);
+            let error = space(&with_example(table.name, key.name, &wrong)).unwrap_err();
+            assert!(error.contains("unknown key `unheard`"), "{error}");
+        }
     }
 }
 

@@ -1,5 +1,5 @@
 use proptest::prelude::*;
-use twinrig_campaign::sweep::{DesignKind, SPEC_KEYS};
+use twinrig_campaign::sweep::{DesignKind, SweepSpec};
 
 use crate::spec;
 
@@ -49,19 +49,21 @@ fn with_example(table: &str, name: &str, example: &str) -> String {
 /// The reader and the declarations have the same keys.
 #[test]
 fn every_declared_key_is_read_and_no_other() {
-    for key in SPEC_KEYS {
-        let text = with_example(key.table, key.name, key.example);
-        let read = spec(&text).map(drop);
-        assert_eq!(read, Ok(()), "{text}");
-        let wrong = key.example.replacen(key.name, "unheard", 1);
-        let text = with_example(key.table, key.name, &wrong);
-        let error = spec(&text).unwrap_err();
-        assert!(error.contains("unknown key `unheard`"), "{error}");
+    for table in SweepSpec::tables() {
+        for key in table.keys {
+            let text = with_example(table.name, key.name, key.example);
+            let read = spec(&text).map(drop);
+            assert_eq!(read, Ok(()), "{text}");
+            let wrong = key.example.replacen(key.name, "unheard", 1);
+            let text = with_example(table.name, key.name, &wrong);
+            let error = spec(&text).unwrap_err();
+            assert!(error.contains("unknown key `unheard`"), "{error}");
+        }
     }
     // An unknown key lists all known ones of its table.
     let error = spec("unheard = 1\n[[dimension]]\nunheard = 1\n[[share]]\nunheard = 1");
     let error = error.unwrap_err();
-    for key in SPEC_KEYS {
+    for key in SweepSpec::tables().iter().flat_map(|table| &table.keys) {
         let listed = error.contains(key.name) || key.name == "confidence";
         assert!(listed, "{}: {error}", key.name);
     }
@@ -183,7 +185,9 @@ fn specifications_of_the_repository_are_valid() {
 
 /// Words of specifications, and values that none of them expects.
 fn word() -> impl Strategy<Value = String> {
-    let keys = SPEC_KEYS.iter().flat_map(|key| [key.name, key.example]);
+    let tables = SweepSpec::tables().into_iter();
+    let keys = tables.flat_map(|table| table.keys);
+    let keys = keys.flat_map(|key| [key.name, key.example]);
     let keys: Vec<&'static str> = keys.collect();
     prop_oneof![
         prop::sample::select(keys).prop_map(str::to_owned),

@@ -12,6 +12,7 @@ mod shape;
 mod types;
 
 use std::any::Any;
+use std::fmt;
 
 pub use accepts::Accepts;
 pub use declared::Declared;
@@ -126,6 +127,13 @@ pub struct Key<T: 'static, X: Dialect = Plain> {
     needs: Option<&'static str>,
     is_qualifier: bool,
     of: Type<T, X>,
+}
+
+/// The name.
+impl<T, X: Dialect> fmt::Display for Key<T, X> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)
+    }
 }
 
 impl<T, X: Dialect> Key<T, X> {

@@ -30,6 +30,8 @@ impl Dialect for Plain {
 /// Accepted values of a key of a table.
 #[derive(Clone)]
 pub enum Shape<X: Dialect = Plain> {
+    /// Any value.
+    Any,
     /// A value that options of kinds have as well.
     One(Accepts),
     /// A quantity of any dimension, or, in a table of a measure, in its unit.
@@ -70,6 +72,26 @@ pub enum Shape<X: Dialect = Plain> {
 }
 
 impl<X: Dialect> Shape<X> {
+    /// Returns a list of at least so many items.
+    pub const fn list(of: &'static Shape<X>, least: usize) -> Self {
+        let distinct = false;
+        Shape::List {
+            of,
+            least,
+            distinct,
+        }
+    }
+
+    /// Returns a list of at least so many distinct items.
+    pub const fn set(of: &'static Shape<X>, least: usize) -> Self {
+        let distinct = true;
+        Shape::List {
+            of,
+            least,
+            distinct,
+        }
+    }
+
     /// Returns the tables that it contains.
     pub fn tables(&self) -> Vec<&'static TableSpec<X>> {
         match self {
@@ -86,6 +108,7 @@ impl<X: Dialect> Shape<X> {
     /// Returns a description: `a length (m, cm, mm, um, km)`.
     pub fn words(&self) -> String {
         match self {
+            Shape::Any => "value".to_owned(),
             Shape::One(accepts) => accepts.words(),
             Shape::Measured(range) => bounded("quantity", range, ""),
             Shape::Tolerance => "quantity, at least 0, or percentage".to_owned(),
@@ -96,7 +119,7 @@ impl<X: Dialect> Shape<X> {
             Shape::Pattern(_) => "text".to_owned(),
             Shape::False => "`false`".to_owned(),
             Shape::List { of, .. } => match of {
-                Shape::One(_) | Shape::Other(_) => {
+                Shape::Any | Shape::One(_) | Shape::Other(_) => {
                     // The plural of `length, at most 10 m` is that of the length.
                     let words = of.words();
                     let (name, range) = words.split_at(words.find(", ").unwrap_or(words.len()));

@@ -71,14 +71,9 @@ impl<X: Dialect> Type<u64, X> {
 impl<X: Dialect> Type<Vec<Placed<String>>, X> {
     const NAME: &'static Shape<X> = &Shape::One(Accepts::Name);
     /// A list of names.
-    pub const NAMES: Self = Type::new(
-        Shape::List {
-            of: Self::NAME,
-            least: 0,
-            distinct: false,
-        },
-        |item, _| item.each(Item::placed_text),
-    );
+    pub const NAMES: Self = Type::new(Shape::list(Self::NAME, 0), |item, _| {
+        item.each(Item::placed_text)
+    });
 }
 
 /// Returns a quantity within a range.

@@ -28,5 +28,6 @@ pub(crate) use checks::{code, print_duration};
 pub(crate) use controller::NO_CONTROLLER;
 pub(crate) use limits::limits_table;
 pub(crate) use plant::robot_keys;
+pub use root::language;
 pub(crate) use root::root_table;
 pub(crate) use time::TIME;

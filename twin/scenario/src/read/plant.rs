@@ -47,14 +47,10 @@ pub(crate) fn robot_keys() -> [&'static str; 4] {
     [BASE.name, LEGS.name, GROUND.name, START.name]
 }
 
-const LEGS: Type<Vec<Placed<String>>> = Type::new(
-    Shape::List {
-        of: &Shape::One(Accepts::Name),
-        least: 1,
-        distinct: true,
-    },
-    |item, _| legs(item),
-);
+const LEGS: Type<Vec<Placed<String>>> =
+    Type::new(Shape::set(&Shape::One(Accepts::Name), 1), |item, _| {
+        legs(item)
+    });
 
 /// A joint turns no further.
 const ANGLE: Type<f64> = quantity(Unit::Radian, Range::between(-TAU, TAU));
@@ -141,14 +137,13 @@ table! {
 const HEIGHTS: Range = Range::between(-HEIGHT_MOST, HEIGHT_MOST);
 
 const ROWS: Shape = Shape::List {
-    of: &Shape::List {
-        of: &Shape::One(Accepts::Quantity {
+    of: &Shape::list(
+        &Shape::One(Accepts::Quantity {
             unit: Unit::Meter,
             range: HEIGHTS,
         }),
-        least: 1,
-        distinct: false,
-    },
+        1,
+    ),
     least: 1,
     distinct: false,
 };

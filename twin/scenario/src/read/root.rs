@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use twinrig_document::declaration::TableReference;
 use twinrig_document::{Item, Overrides, Placed, Reported, Table};
 use twinrig_kernel::SimDuration;
 
@@ -90,6 +91,11 @@ table! {
         r#"push = [{ on = "body", at = "3 s", for = "0.1 s", force = "20 N", direction = "y" }]"#;
     EXPECT: () = "expect", contextual(Shape::Tables(expect::expect_table::TABLE)), "expectations",
         "expect = [{ body = { fall = false } }]";
+}
+
+/// Returns the tables of the scenario language, beginning with the root table.
+pub fn language() -> Vec<TableReference> {
+    TableReference::of(root_table::TABLE)
 }
 
 /// Reads the robot, which only a standalone plant does not require.

@@ -14,11 +14,7 @@ use crate::scenario::SensorSpec;
 
 /// Values in the unit of the signal, which is not known yet.
 const AT_LEAST_0: Shape = Shape::Measured(Range::NOT_NEGATIVE);
-const ENDS: Shape = Shape::List {
-    of: &Shape::Measured(Range::ANY),
-    least: 2,
-    distinct: true,
-};
+const ENDS: Shape = Shape::set(&Shape::Measured(Range::ANY), 2);
 
 table! {
     /// Keys of `[[sensor]]`.

@@ -16,14 +16,10 @@ pub(crate) const TIME: Type<Timing> = Type::new(
 );
 
 /// Durations that are used in turn.
-const TRACE: Type<Vec<SimDuration>> = Type::new(
-    Shape::List {
-        of: &Shape::One(Accepts::Duration),
-        least: 1,
-        distinct: false,
-    },
-    |item, _| item.each(Item::duration),
-);
+const TRACE: Type<Vec<SimDuration>> =
+    Type::new(Shape::list(&Shape::One(Accepts::Duration), 1), |item, _| {
+        item.each(Item::duration)
+    });
 
 table! {
     /// Keys of a time model.

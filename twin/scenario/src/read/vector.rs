@@ -10,11 +10,7 @@ const DISTANCE: Range = Range::between(-10.0, 10.0);
 
 /// Returns the shape of three quantities of any size.
 pub(super) const fn three(of: &'static Shape) -> Shape {
-    Shape::List {
-        of,
-        least: 3,
-        distinct: false,
-    }
+    Shape::list(of, 3)
 }
 
 /// Type of a place on the trunk, in its axes from its centre of mass.

@@ -96,6 +96,7 @@ impl<'c> Tables<'c> {
             None => any_quantity(range),
         };
         match shape {
+            Shape::Any => json!({}),
             Shape::One(accepts) => accepted(accepts, |_| Value::Null),
             Shape::Measured(range) => measured(range),
             Shape::Tolerance => {

@@ -1,11 +1,11 @@
 //! Reader, schema and documentation of the scenario language agree with its declarations.
 
-use std::fs;
 use std::path::Path;
 
 use serde_json::{Value, json};
 use twinrig_runtime::Change;
 use twinrig_scenario::{Catalogue, Kind, Scenario, TableReference, language};
+use twinrig_testing::keys::check_keys;
 
 /// Keys and values of a table, in TOML.
 type Content = Vec<(String, String)>;
@@ -229,31 +229,8 @@ fn reader_and_schema_refuse_a_missing_key() {
 /// Regenerate with `UPDATE_DOCS=1 cargo test -p twinrig-scenario --test scenario language`.
 #[test]
 fn documentation_of_tables_is_up_to_date() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/reference.md");
-    let kept = fs::read_to_string(&path).unwrap();
-    let mut made = kept.clone();
-    for table in language() {
-        let (begin, end) = (
-            format!("<!-- keys of {} -->\n", table.name),
-            "\n<!-- end -->",
-        );
-        let start = made.find(&begin).unwrap_or_else(|| panic!("no {begin}")) + begin.len();
-        let length = made[start..]
-            .find(end)
-            .unwrap_or_else(|| panic!("no end of {begin}"));
-        let inside = &made[start..start + length];
-        assert!(!inside.contains("<!--"), "no end of {begin}");
-        made.replace_range(start..start + length, &table.markdown());
-    }
-    if std::env::var_os("UPDATE_DOCS").is_some() {
-        fs::write(&path, &made).unwrap();
-    } else {
-        let hint = "run UPDATE_DOCS=1 cargo test -p twinrig-scenario --test scenario language";
-        assert!(
-            made == kept,
-            "scenarios/reference.md is not up to date: {hint}"
-        );
-    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/reference.md");
+    check_keys(&page, "", &language());
 }
 
 /// 0.3 − 3 · 0.1 is −5.6e-17 in floating point; 0 is meant, the least step length.

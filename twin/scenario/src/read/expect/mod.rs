@@ -95,11 +95,7 @@ table! {
         "claim about the computational work", "cost = { steps = { max = 20000 } }", one_of();
 }
 
-const PLANTS_OF_BUILD: Shape = Shape::List {
-    of: &Shape::Other(Special::Plant),
-    least: 1,
-    distinct: false,
-};
+const PLANTS_OF_BUILD: Shape = Shape::list(&Shape::Other(Special::Plant), 1);
 
 table! {
     /// Keys of `energy`.
