@@ -139,7 +139,7 @@ fn overload(bench: &BenchParameters) -> Option<String> {
 /// Reads a bench and the spread of its cells.
 fn bench(table: &Table<'_>) -> Result<(BenchParameters, Option<f64>), Reported> {
     let name = table.required("name", |item| item.text().map(str::to_owned));
-    let motor = table.required("motor", |item| Motor::read(&item.table()?));
+    let motor = table.required("motor", |item| Motor::read_from(&item.table()?));
     let cam = table.required("cam", |item| cam(&item.table()?));
     let carriage = table.required("carriage", |item| carriage(&item.table()?));
     let range = table.required("reference", |item| {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use twinrig_document::declaration::TableReference;
 use twinrig_document::{
     AssumedValue, Document, DocumentError, Library, Overrides, Place, suggestion,
 };
@@ -83,6 +84,11 @@ impl RobotFile {
     /// overridden.
     pub fn assumed(&self) -> &[AssumedValue] {
         &self.assumed
+    }
+
+    /// Returns the tables of robot files with their keys, beginning with the top level.
+    pub fn tables() -> Vec<TableReference> {
+        TableReference::of(read::robot_table::TABLE)
     }
 
     /// Returns the names that [`RobotFile::find`] finds from `beside`, sorted.

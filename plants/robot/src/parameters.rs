@@ -1,6 +1,11 @@
 //! Parameters of a robot, in SI units.
 
+use twinrig_document::declaration::{Accepts, Optional, Shape, Type, quantity, record};
+use twinrig_document::{Item, Reported, Table};
+use twinrig_kernel::Unit;
+
 use crate::payload::{Payload, PointMass};
+use crate::ranges;
 
 /// Gravitational acceleration of all plants, and in quantities relative to a weight \[m/s²\].
 pub const GRAVITY: f64 = 9.81;
@@ -55,18 +60,42 @@ impl Robot {
     }
 }
 
-/// Trunk: the body that carries the legs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trunk {
-    /// Mass without the legs \[kg\].
-    pub mass: f64,
-    /// Principal moments of inertia about the centre of mass, body axes x, y, z \[kg·m²\].
-    pub inertia: [f64; 3],
-    /// Length, width and height, for display \[m\].
-    pub size: [f64; 3],
-    /// Payloads, of a scenario; a robot file has none.
-    pub payloads: Vec<PointMass>,
+record! {
+    /// Trunk: the body that carries the legs.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Trunk = "[trunk]" {
+        /// Mass without the legs \[kg\].
+        pub mass: f64 = quantity(Unit::Kilogram, ranges::MASS),
+        /// Principal moments of inertia about the centre of mass, body axes x, y, z \[kg·m²\].
+        pub inertia: [f64; 3] = INERTIA,
+        /// Length, width and height, for display \[m\].
+        pub size: [f64; 3] = SIZE,
+    } and {
+        /// Payloads, of a scenario; a robot file has none.
+        pub payloads: Vec<PointMass>,
+    }
 }
+
+const INERTIA: Type<[f64; 3]> = Type::new(
+    Shape::list(
+        &Shape::One(Accepts::Quantity {
+            unit: Unit::KilogramSquareMeter,
+            range: ranges::INERTIA,
+        }),
+        3,
+    ),
+    inertia,
+);
+const SIZE: Type<[f64; 3]> = Type::new(
+    Shape::list(
+        &Shape::One(Accepts::Quantity {
+            unit: Unit::Meter,
+            range: ranges::LENGTH,
+        }),
+        3,
+    ),
+    three,
+);
 
 impl Trunk {
     /// Returns all payloads as one; none without mass.
@@ -88,50 +117,54 @@ pub struct LegMount {
     pub leg: Leg,
 }
 
-/// The spring-loaded pantograph leg (thesis, section 2.1.1 and appendix A).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Leg {
-    /// Length of the proximal segment, hip to knee \[m\].
-    pub l1: f64,
-    /// Length of the middle segment, knee to ankle \[m\].
-    pub l2: f64,
-    /// Length of the distal segment, parallel-spring end to foot \[m\].
-    pub l3: f64,
-    /// Offset of the pantograph on the first and third segment \[m\].
-    pub l_delta: f64,
-    /// Knee angle between the first two segments in the fully extended leg \[rad\]; positive.
-    pub q2_ref: f64,
-    /// Spring along the pantograph's diagonal; it extends the leg.
-    pub diagonal: Spring,
-    /// Spring along the pantograph's parallel rod; it keeps the pantograph closed.
-    pub parallel: Spring,
-    /// Greatest opening of the parallel rod beyond `l2` \[m\].
-    pub parallel_travel: f64,
-    /// Shortest length of the diagonal, where the leg bottoms out \[m\].
-    pub diagonal_min: f64,
-    /// Viscous friction of the joints.
-    pub joint_friction: JointFriction,
-    /// Masses of the segments.
-    pub mass: LegMass,
-    /// Radius of the pulley that winds the knee cable \[m\].
-    pub pulley_radius: f64,
-    /// Foot segment beyond the toe joint, if the robot has one.
-    pub toe: Option<Toe>,
-    /// Compliance of stops, cable and sole, if known; rigid constraints do not need it.
-    pub compliance: Option<Compliance>,
+record! {
+    /// The spring-loaded pantograph leg (thesis, section 2.1.1 and appendix A).
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Leg = "[leg.NAME]", checked by check_geometry {
+        /// Length of the proximal segment, hip to knee \[m\].
+        pub l1: f64 = quantity(Unit::Meter, ranges::LENGTH),
+        /// Length of the middle segment, knee to ankle \[m\].
+        pub l2: f64 = quantity(Unit::Meter, ranges::LENGTH),
+        /// Length of the distal segment, parallel-spring end to foot \[m\].
+        pub l3: f64 = quantity(Unit::Meter, ranges::LENGTH),
+        /// Offset of the pantograph on the first and third segment \[m\].
+        pub l_delta: f64 = quantity(Unit::Meter, ranges::LENGTH),
+        /// Knee angle between the first two segments in the fully extended leg \[rad\]; positive.
+        pub q2_ref: f64 = quantity(Unit::Radian, ranges::KNEE),
+        /// Spring along the pantograph's diagonal; it extends the leg.
+        pub diagonal: Spring = Spring::TYPE,
+        /// Spring along the pantograph's parallel rod; it keeps the pantograph closed.
+        pub parallel: Spring = Spring::TYPE,
+        /// Greatest opening of the parallel rod beyond `l2` \[m\].
+        pub parallel_travel: f64 = quantity(Unit::Meter, ranges::DEFLECTION),
+        /// Shortest length of the diagonal, where the leg bottoms out \[m\].
+        pub diagonal_min: f64 = quantity(Unit::Meter, ranges::LENGTH),
+        /// Viscous friction of the joints.
+        pub joint_friction: JointFriction = JointFriction::TYPE,
+        /// Masses of the segments.
+        pub mass: LegMass = LegMass::TYPE,
+        /// Radius of the pulley that winds the knee cable \[m\].
+        pub pulley_radius: f64 = quantity(Unit::Meter, ranges::LENGTH),
+        /// Foot segment beyond the toe joint, if the robot has one.
+        pub toe: Option<Toe> = Optional(Toe::TYPE),
+        /// Compliance of stops, cable and sole, if known; rigid constraints do not need it.
+        pub compliance: Option<Compliance> = Optional(Compliance::TYPE),
+    }
 }
 
-/// Compliance of the constraints of a leg.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Compliance {
-    /// Stops of the diagonal and of the parallel rod.
-    pub stops: OneSided,
-    /// Knee cable.
-    pub cable: OneSided,
-    /// Sole, along the normal of the ground.
-    pub sole: OneSided,
-    /// Deflection of the sole along the ground at the limit of friction \[m\].
-    pub slip_deflection: f64,
+record! {
+    /// Compliance of the constraints of a leg.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Compliance = "compliance" {
+        /// Stops of the diagonal and of the parallel rod.
+        pub stops: OneSided = OneSided::TYPE,
+        /// Knee cable.
+        pub cable: OneSided = OneSided::TYPE,
+        /// Sole, along the normal of the ground.
+        pub sole: OneSided = OneSided::TYPE,
+        /// Deflection of the sole along the ground at the limit of friction \[m\].
+        pub slip_deflection: f64 = quantity(Unit::Meter, ranges::DEFLECTION),
+    }
 }
 
 impl Compliance {
@@ -152,53 +185,61 @@ impl Compliance {
     }
 }
 
-/// Spring with a damper that only pushes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OneSided {
-    /// Stiffness beyond the toe region \[N/m\].
-    pub stiffness: f64,
-    /// Damping beyond the toe region \[N·s/m\].
-    pub damping: f64,
-    /// Depth over which stiffness and damping grow from zero \[m\].
-    pub toe_region: f64,
+record! {
+    /// Spring with a damper that only pushes.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct OneSided = "one-sided" {
+        /// Stiffness beyond the toe region \[N/m\].
+        pub stiffness: f64 = quantity(Unit::NewtonPerMeter, ranges::STIFFNESS),
+        /// Damping beyond the toe region \[N·s/m\].
+        pub damping: f64 = quantity(Unit::NewtonSecondPerMeter, ranges::DAMPING),
+        /// Depth over which stiffness and damping grow from zero \[m\].
+        pub toe_region: f64 = quantity(Unit::Meter, ranges::DEFLECTION),
+    }
 }
 
-/// A linear spring.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spring {
-    /// Stiffness \[N/m\].
-    pub stiffness: f64,
-    /// Preload: deformation of the spring where it presses the leg against its stop; if negative,
-    /// the distance to that stop at which it holds the leg \[m\].
-    pub preload: f64,
+record! {
+    /// A linear spring.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Spring = "spring" {
+        /// Stiffness \[N/m\].
+        pub stiffness: f64 = quantity(Unit::NewtonPerMeter, ranges::STIFFNESS),
+        /// Preload: deformation of the spring where it presses the leg against its stop; if
+        /// negative, the distance to that stop at which it holds the leg \[m\].
+        pub preload: f64 = quantity(Unit::Meter, ranges::PRELOAD),
+    }
 }
 
-/// Viscous friction of the joints \[N·m·s/rad\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointFriction {
-    /// Between trunk and first segment.
-    pub hip: f64,
-    /// Between first and second segment.
-    pub knee: f64,
-    /// Between second and third segment.
-    pub ankle: f64,
-    /// Between third segment and foot.
-    pub toe: f64,
+record! {
+    /// Viscous friction of the joints \[N·m·s/rad\].
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct JointFriction = "joint_friction" {
+        /// Between trunk and first segment.
+        pub hip: f64 = quantity(Unit::NewtonMeterSecondPerRadian, ranges::JOINT_FRICTION),
+        /// Between first and second segment.
+        pub knee: f64 = quantity(Unit::NewtonMeterSecondPerRadian, ranges::JOINT_FRICTION),
+        /// Between second and third segment.
+        pub ankle: f64 = quantity(Unit::NewtonMeterSecondPerRadian, ranges::JOINT_FRICTION),
+        /// Between third segment and foot.
+        pub toe: f64 = quantity(Unit::NewtonMeterSecondPerRadian, ranges::JOINT_FRICTION),
+    }
 }
 
-/// Masses of a leg \[kg\].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LegMass {
-    /// First segment.
-    pub l1: f64,
-    /// Second segment.
-    pub l2: f64,
-    /// Third segment.
-    pub l3: f64,
-    /// Foot.
-    pub foot: f64,
-    /// Mass at the foot of a massless leg; the rest of the leg's mass is added to the trunk.
-    pub lumped_foot: f64,
+record! {
+    /// Masses of a leg \[kg\].
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct LegMass = "leg.NAME.mass", checked by check_mass {
+        /// First segment.
+        pub l1: f64 = quantity(Unit::Kilogram, ranges::MASS),
+        /// Second segment.
+        pub l2: f64 = quantity(Unit::Kilogram, ranges::MASS),
+        /// Third segment.
+        pub l3: f64 = quantity(Unit::Kilogram, ranges::MASS),
+        /// Foot.
+        pub foot: f64 = quantity(Unit::Kilogram, ranges::MASS),
+        /// Mass at the foot of a massless leg; the rest of the leg's mass is added to the trunk.
+        pub lumped_foot: f64 = quantity(Unit::Kilogram, ranges::MASS),
+    }
 }
 
 impl LegMass {
@@ -208,64 +249,185 @@ impl LegMass {
     }
 }
 
-/// The foot segment and its torsion spring.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Toe {
-    /// Length of the foot segment \[m\].
-    pub length: f64,
-    /// Torsional stiffness \[N·m/rad\].
-    pub stiffness: f64,
-    /// Angle of the unloaded foot against the third segment \[rad\].
-    pub rest: f64,
+record! {
+    /// The foot segment and its torsion spring.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Toe = "toe" {
+        /// Length of the foot segment \[m\].
+        pub length: f64 = quantity(Unit::Meter, ranges::LENGTH),
+        /// Torsional stiffness \[N·m/rad\].
+        pub stiffness: f64 = quantity(Unit::NewtonMeterPerRadian, ranges::TORSIONAL_STIFFNESS),
+        /// Angle of the unloaded foot against the third segment \[rad\].
+        pub rest: f64 = quantity(Unit::Radian, ranges::REST),
+    }
 }
 
-/// Servos of a leg; equal for all legs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Actuators {
-    /// Protraction and retraction.
-    pub hip: Servo,
-    /// Winding of the knee cable.
-    pub knee: Servo,
-    /// Abduction of the hip, if the robot has a servo for it. No plant's legs abduct yet; the servo
-    /// runs without effect on them.
-    pub abduction: Option<Servo>,
+record! {
+    /// Servos of a leg; equal for all legs.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct Actuators = "[actuator]" {
+        /// Protraction and retraction.
+        pub hip: Servo = Servo::TYPE,
+        /// Winding of the knee cable.
+        pub knee: Servo = Servo::TYPE,
+        /// Abduction of the hip, if the robot has a servo for it. No plant's legs abduct yet; the
+        /// servo runs without effect on them.
+        pub abduction: Option<Servo> = Optional(Servo::TYPE),
+    }
 }
 
-/// Motors of a leg; equal for all legs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motors {
-    /// Protraction and retraction.
-    pub hip: Motor,
-    /// Winding of the knee cable.
-    pub knee: Motor,
+record! {
+    /// Motors of a leg; equal for all legs.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Motors = "[motor]" {
+        /// Protraction and retraction.
+        pub hip: Motor = Motor::TYPE,
+        /// Winding of the knee cable.
+        pub knee: Motor = Motor::TYPE,
+    }
 }
 
-/// Direct-current motor, or brushless motor with equivalent commutation, behind a gear.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motor {
-    /// Resistance of the winding \[Ω\].
-    pub resistance: f64,
-    /// Torque per current, and induced voltage per rate of the rotor \[N·m/A = V·s/rad\].
-    pub torque_constant: f64,
-    /// Gear ratio: turns of the rotor per turn of the output \[1\].
-    pub gear: f64,
-    /// Inertia of the rotor, before the gear \[kg·m²\].
-    pub inertia: f64,
-    /// Supply voltage, the limit of the bridge's voltage \[V\].
-    pub voltage: f64,
+record! {
+    /// Direct-current motor, or brushless motor with equivalent commutation, behind a gear.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Motor = "motor" {
+        /// Resistance of the winding \[Ω\].
+        pub resistance: f64 = quantity(Unit::Ohm, ranges::RESISTANCE),
+        /// Torque per current, and induced voltage per rate of the rotor \[N·m/A = V·s/rad\].
+        pub torque_constant: f64 = quantity(Unit::NewtonMeterPerAmpere, ranges::TORQUE_CONSTANT),
+        /// Gear ratio: turns of the rotor per turn of the output \[1\].
+        pub gear: f64 = quantity(Unit::One, ranges::GEAR),
+        /// Inertia of the rotor, before the gear \[kg·m²\].
+        pub inertia: f64 = quantity(Unit::KilogramSquareMeter, ranges::INERTIA),
+        /// Supply voltage, the limit of the bridge's voltage \[V\].
+        pub voltage: f64 = quantity(Unit::Volt, ranges::VOLTAGE),
+    }
 }
 
-/// A position servo.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Servo {
-    /// Delay behind a ramp \[s\].
-    pub lag: f64,
-    /// Greatest speed \[rad/s\].
-    pub speed: f64,
-    /// Greatest torque \[N·m\].
-    pub torque: f64,
-    /// Half-width of the error that is ignored \[rad\].
-    pub dead_band: f64,
-    /// Inertia of rotor and gear at the output \[kg·m²\].
-    pub inertia: f64,
+record! {
+    /// A position servo.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Servo = "servo" {
+        /// Greatest torque \[N·m\].
+        pub torque: f64 = quantity(Unit::NewtonMeter, ranges::TORQUE),
+        /// Greatest speed \[rad/s\].
+        pub speed: f64 = quantity(Unit::RadianPerSecond, ranges::SPEED),
+        /// Delay behind a ramp \[s\].
+        pub lag: f64 = quantity(Unit::Second, ranges::LAG),
+        /// Half-width of the error that is ignored \[rad\].
+        pub dead_band: f64 = quantity(Unit::Radian, ranges::DEAD_BAND),
+        /// Inertia of rotor and gear at the output \[kg·m²\].
+        pub inertia: f64 = quantity(Unit::KilogramSquareMeter, ranges::INERTIA),
+    }
+}
+
+/// Validates that the pantograph can be built and moved.
+fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
+    let mm = |length: f64| {
+        let fixed = format!("{:.2}", length * 1e3);
+        format!("{} mm", fixed.trim_end_matches('0').trim_end_matches('.'))
+    };
+    let mut result = Ok(());
+    for (key, length) in [("l1", leg.l1), ("l2", leg.l2), ("l3", leg.l3)] {
+        if leg.l_delta >= length {
+            let message = format!(
+                "`l_delta` is not shorter than `{key}`: the pantograph does not fit on the leg"
+            );
+            let help = format!("l_delta must be less than {}", mm(length));
+            result = Err(table.report("l_delta", message, help));
+        }
+    }
+    result?;
+    let diagonal_max = diagonal_length(leg);
+    let diagonal_flat = leg.l2 - leg.l_delta;
+    if leg.diagonal_min <= diagonal_flat || leg.diagonal_min >= diagonal_max {
+        let message = format!(
+            "`diagonal_min` is {}, outside the range of the diagonal",
+            mm(leg.diagonal_min)
+        );
+        let help = format!(
+            "it must be between {} (folded flat) and {} (extended)",
+            mm(diagonal_flat),
+            mm(diagonal_max)
+        );
+        result = Err(table.report("diagonal_min", message, help));
+    }
+    // Triangle inequality for rod, diagonal and offset.
+    let travel_max = diagonal_max + leg.l_delta - leg.l2;
+    if leg.parallel_travel >= travel_max {
+        let message = "`parallel_travel` is more than the parallel rod can open";
+        let help = format!("it must be less than {}", mm(travel_max));
+        result = Err(table.report("parallel_travel", message, help));
+    }
+    if leg.parallel.preload >= leg.l2 {
+        let message =
+            "the preload of `parallel` is not shorter than `l2`: the spring would have no length";
+        let help = format!("it must be less than {}", mm(leg.l2));
+        result = Err(report_preload(table, "parallel", message, help));
+    }
+    if leg.diagonal_min < diagonal_max && -leg.diagonal.preload > diagonal_max - leg.diagonal_min {
+        let message = "the preload of `diagonal` makes the unloaded leg bottom out";
+        let help = format!(
+            "it must not be less than {}, the travel from extended to bottomed out",
+            mm(leg.diagonal_min - diagonal_max)
+        );
+        result = Err(report_preload(table, "diagonal", message, help));
+    }
+    if -leg.parallel.preload > leg.parallel_travel {
+        let message = "the preload of `parallel` opens the unloaded pantograph beyond its stop";
+        let help = format!(
+            "it must not be less than {}, its travel to the stop",
+            mm(-leg.parallel_travel)
+        );
+        result = Err(report_preload(table, "parallel", message, help));
+    }
+    result
+}
+
+/// Reports a problem at the preload of a spring.
+fn report_preload(table: &Table<'_>, spring: &str, message: &str, help: String) -> Reported {
+    let preload = table.get(spring).and_then(|spring| spring.peek("preload"));
+    let place = preload.map_or_else(|| table.key_place(spring), |preload| preload.place());
+    table.report_at(&place, message, help)
+}
+
+/// Length of the diagonal in the extended leg (thesis, appendix A:
+/// `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
+fn diagonal_length(leg: &Leg) -> f64 {
+    let (l2, l_delta) = (leg.l2, leg.l_delta);
+    (l2 * l2 + l_delta * l_delta + 2.0 * l2 * l_delta * libm::cos(leg.q2_ref)).sqrt()
+}
+
+/// Validates that the foot is a part of the leg.
+fn check_mass(table: &Table<'_>, mass: &LegMass) -> Result<(), Reported> {
+    if mass.lumped_foot <= mass.total() {
+        return Ok(());
+    }
+    let message = "`lumped_foot` weighs more than the whole leg";
+    let help = format!("the leg weighs {:.4} kg", mass.total());
+    Err(table.report("lumped_foot", message, help))
+}
+
+fn inertia(item: &Item<'_>, shape: &Shape) -> Result<[f64; 3], Reported> {
+    let inertia @ [x, y, z] = three(item, shape)?;
+    // A moment of inertia never exceeds the sum of the two others.
+    if x > y + z || y > z + x || z > x + y {
+        let message =
+            "these moments of inertia are impossible: one exceeds the sum of the two others";
+        let help = "for a box: m/12 (w² + h²), m/12 (l² + h²), m/12 (l² + w²)";
+        return Err(item.report(message, help));
+    }
+    Ok(inertia)
+}
+
+/// Reads a list of three quantities.
+pub(crate) fn three(item: &Item<'_>, shape: &Shape) -> Result<[f64; 3], Reported> {
+    let Shape::List {
+        of: Shape::One(Accepts::Quantity { unit, range }),
+        ..
+    } = shape
+    else {
+        unreachable!("three quantities");
+    };
+    item.quantities(*unit, range, "three entries are required")
 }

@@ -2,6 +2,7 @@
 //! exponent makes of it.
 
 use std::f64::consts::PI;
+use std::ops::Bound;
 
 use twinrig_document::Range;
 
@@ -33,6 +34,13 @@ pub(crate) const SPEED: Range = Range::between(1e-3, 1e5);
 pub(crate) const LAG: Range = Range::between(1e-6, 60.0);
 /// Half-width of the ignored error of a servo \[rad\].
 pub(crate) const DEAD_BAND: Range = Range::between(0.0, PI);
+/// Angle of the knee of a stretched leg \[rad\].
+pub(crate) const KNEE: Range = Range {
+    min: Bound::Excluded(0.0),
+    max: Bound::Excluded(PI),
+};
+/// Angle of an unloaded foot \[rad\].
+pub(crate) const REST: Range = Range::between(-PI, PI);
 /// Coulomb coefficient \[1\].
 pub(crate) const FRICTION: Range = Range::between(0.0, 100.0);
 /// Resistance of a winding \[Ω\].

@@ -6,7 +6,7 @@ use twinrig_document::declaration::TableReference;
 
 /// Compares the tables of keys in a page, after this heading, with their declarations: each is
 /// between the comments `<!-- keys of NAME -->` and `<!-- end -->`. With `UPDATE_DOCS` in the
-/// environment it writes them.
+/// environment they are written.
 pub fn check_keys(page: &Path, heading: &str, tables: &[TableReference]) {
     let kept = std::fs::read_to_string(page).unwrap();
     let mut made = kept.clone();

@@ -7,6 +7,7 @@
 
 mod accepts;
 mod declared;
+mod record;
 mod reference;
 mod shape;
 mod types;
@@ -16,6 +17,7 @@ use std::fmt;
 
 pub use accepts::Accepts;
 pub use declared::Declared;
+pub use record::{Field, Optional};
 pub use reference::{KeyReference, TableReference};
 pub use shape::{Dialect, Plain, Shape};
 pub use types::{Read, Type, Words, choice, contextual, quantity};
@@ -243,4 +245,4 @@ macro_rules! table {
     };
 }
 
-pub use crate::table;
+pub use crate::{record, table};
