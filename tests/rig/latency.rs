@@ -9,7 +9,7 @@ use twinrig_experiment::{LoadDelay, SampledSignal};
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, Rig, RunEvent};
 use twinrig_scenario::Setting;
-use twinrig_sensor::{Characteristic, SensorFile, TactileParameters};
+use twinrig_sensor::{Characteristic, Hysteretic, SensorFile, TactileParameters};
 use twinrig_tactile::protocol::{Message, VOLTAGE_COUNTS, VOLTS};
 use twinrig_wire::{FramedMessage, Framer};
 
@@ -117,9 +117,9 @@ fn sensor() -> TactileParameters {
 /// Load at a piezoresistive voltage \[N\], between the branches of the hysteresis.
 fn force_between_branches(volts: f64) -> f64 {
     let sensor = sensor();
-    let Characteristic::Hysteretic {
+    let Characteristic::Hysteretic(Hysteretic {
         loading, unloading, ..
-    } = sensor.piezoresistive.characteristic
+    }) = sensor.piezoresistive.characteristic
     else {
         panic!("the bench's sensor has hysteresis")
     };
@@ -247,11 +247,11 @@ fn acquisition_is_frame_jitter_and_hold() {
 fn hysteresis_delays_the_piezoresistive_voltage() {
     let delay = delay(Cell::Piezoresistive, &[("plant.cam", "3 mm")]);
     check(&delay);
-    let Characteristic::Hysteretic {
+    let Characteristic::Hysteretic(Hysteretic {
         loading,
         unloading,
         switch,
-    } = sensor().piezoresistive.characteristic
+    }) = sensor().piezoresistive.characteristic
     else {
         panic!("the bench's sensor has hysteresis")
     };

@@ -146,9 +146,7 @@ fn bench(table: &Table<'_>) -> Result<(BenchParameters, Option<f64>), Reported> 
         quantity(&item.table()?, "range", Unit::Newton, &ranges::FORCE)
     });
     let sensor = table.required("sensor", |item| {
-        let table = item.table()?;
-        let spread = TactileParameters::read_spread(&table);
-        Ok((TactileParameters::read(&table)?, spread?))
+        (TactileParameters::TYPE.read)(item, &TactileParameters::TYPE.shape)
     });
     let (cam, carriage) = (cam?, carriage?);
     let (sensor, spread) = sensor?;

@@ -3,7 +3,7 @@
 use twinrig_document::{Placed, Problem};
 use twinrig_kernel::{Stream, stream};
 
-use crate::piezoresistive::{Branch, Characteristic};
+use crate::piezoresistive::{Branch, Characteristic, Hysteretic, Saturating};
 use crate::sensor::TactileParameters;
 
 /// Name of the random stream of the constants of a cell. Its seed is the number of the cell, not
@@ -36,16 +36,16 @@ impl TactileParameters {
         };
         let mut cell = *self;
         match &mut cell.piezoresistive.characteristic {
-            Characteristic::Saturating {
+            Characteristic::Saturating(Saturating {
                 sensitivity,
                 base,
                 saturation,
-            } => factors.apply([sensitivity, base, saturation]),
-            Characteristic::Hysteretic {
+            }) => factors.apply([sensitivity, base, saturation]),
+            Characteristic::Hysteretic(Hysteretic {
                 loading,
                 unloading,
                 switch,
-            } => {
+            }) => {
                 for constant in BRANCH {
                     let (common, apart) = (factors.next(), factors.next());
                     let (first, second) = (constant(loading), constant(unloading));

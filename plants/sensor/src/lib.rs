@@ -24,13 +24,16 @@ mod error;
 mod low_pass;
 mod piezoelectric;
 mod piezoresistive;
+mod ranges;
 mod read;
 mod sensed_plant;
 mod sensor;
 
 pub use error::SensorError;
 pub use piezoelectric::PiezoelectricCell;
-pub use piezoresistive::{Branch, Characteristic, Creep, PiezoresistiveCell, ResistanceAmplifier};
+pub use piezoresistive::{
+    Branch, Characteristic, Creep, Hysteretic, PiezoresistiveCell, ResistanceAmplifier, Saturating,
+};
 pub use read::{BENCHES, SensorFile};
 pub use sensed_plant::SensedPlant;
 pub use sensor::{TactileParameters, TactileSensor, TactileState};

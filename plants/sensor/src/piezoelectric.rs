@@ -1,37 +1,48 @@
 //! Piezoelectric cell with its charge amplifier.
 
 use serde::{Deserialize, Serialize};
+use twinrig_document::declaration::{quantity, record};
+use twinrig_document::{Reported, Table};
+use twinrig_kernel::Unit;
 
 use crate::error::SensorError;
 use crate::low_pass::{LowPass, LowPassStep};
+use crate::ranges;
 
-/// Piezoelectric cell behind silicone, with a charge amplifier:
-///
-/// ```text
-/// V/F = −k s / ((1 + s T₁)(1 + s T₂))
-/// ```
-///
-/// T₁ = RC is that of the feedback network, T₂ that of the silicone, a first-order lag. For a
-/// sinusoidal load of the angular frequency ω the voltage is a Ḟ + b F̈ with
-///
-/// ```text
-/// a = −k (1 − ω² T₁T₂)/D        b = k (T₁ + T₂)/D        D = (1 − ω² T₁T₂)² + ω² (T₁ + T₂)²
-/// ```
-///
-/// which fall with the frequency nearly exponentially, as measured in the thesis (section 4.3.2.2).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PiezoelectricCell {
-    /// Sensitivity k to the rate of the load \[V·s/N\]; its sign depends on the polarity of the
-    /// cell.
-    pub gain: f64,
-    /// Time constant T₁ of the amplifier \[s\].
-    pub amplifier_time: f64,
-    /// Time constant T₂ of the silicone \[s\].
-    pub silicone_time: f64,
-    /// Maximum magnitude of the output voltage \[V\].
-    pub rail: f64,
-    /// Offset of the amplifier \[V\].
-    pub offset: f64,
+record! {
+    /// Piezoelectric cell behind silicone, with a charge amplifier:
+    ///
+    /// ```text
+    /// V/F = −k s / ((1 + s T₁)(1 + s T₂))
+    /// ```
+    ///
+    /// T₁ = RC is that of the feedback network, T₂ that of the silicone, a first-order lag. For a
+    /// sinusoidal load of the angular frequency ω the voltage is a Ḟ + b F̈ with
+    ///
+    /// ```text
+    /// a = −k (1 − ω² T₁T₂)/D        b = k (T₁ + T₂)/D        D = (1 − ω² T₁T₂)² + ω² (T₁ + T₂)²
+    /// ```
+    ///
+    /// which fall with the frequency nearly exponentially, as measured in the thesis (section 4.3.2.2).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct PiezoelectricCell = "piezoelectric", checked by check_times {
+        /// Sensitivity k to the rate of the load \[V·s/N\]; its sign depends on the polarity of
+        /// the cell.
+        pub gain: f64 = quantity(Unit::VoltSecondPerNewton, ranges::GAIN),
+        /// Time constant T₁ of the amplifier \[s\].
+        pub amplifier_time: f64 = quantity(Unit::Second, ranges::TIME),
+        /// Time constant T₂ of the silicone \[s\].
+        pub silicone_time: f64 = quantity(Unit::Second, ranges::TIME),
+        /// Maximum magnitude of the output voltage \[V\].
+        pub rail: f64 = quantity(Unit::Volt, ranges::VOLTAGE),
+        /// Offset of the amplifier \[V\].
+        pub offset: f64 = quantity(Unit::Volt, ranges::OFFSET),
+    }
+}
+
+fn check_times(table: &Table<'_>, cell: &PiezoelectricCell) -> Result<(), Reported> {
+    let checked = cell.check();
+    checked.map_err(|error| table.report_at(&table.place(), error.to_string(), ""))
 }
 
 /// State: the load behind each of the two lags \[N\]. V = −k/(T₁ − T₂) (x₂ − x₁) by partial

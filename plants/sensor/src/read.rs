@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use twinrig_document::{
-    Document, DocumentError, Item, Library, Placed, Range, Reported, Table, suggestion,
-};
+use twinrig_document::declaration::{Key, Shape, TableSpec, Type, quantity, table};
+use twinrig_document::{Document, DocumentError, Library, Placed, Reported, Table, suggestion};
 use twinrig_kernel::Unit;
 
 use crate::piezoelectric::PiezoelectricCell;
 use crate::piezoresistive::{
-    Branch, Characteristic, Creep, PiezoresistiveCell, ResistanceAmplifier,
+    Characteristic, Creep, Hysteretic, PiezoresistiveCell, ResistanceAmplifier, Saturating,
 };
+use crate::ranges;
 use crate::sensor::TactileParameters;
 
 /// Files of test benches, whose `[sensor]` tables describe tactile sensors.
@@ -71,175 +71,81 @@ impl SensorFile {
     pub fn cell(&self, number: Option<&Placed<u64>>) -> Result<TactileParameters, DocumentError> {
         let (sensor, spread) = self.document.check(|table| {
             table.expect(table.keys());
-            table.required("sensor", |item| {
-                let table = item.table()?;
-                let spread = TactileParameters::read_spread(&table);
-                Ok((TactileParameters::read(&table)?, spread?))
-            })
+            file_table::TABLE.of(table).read(&file_table::SENSOR)
         })?;
         Ok(sensor.numbered(spread, number)?)
     }
 }
 
-impl TactileParameters {
-    /// Reads how far the constants of cells are from those of the table of a sensor, as a share of
-    /// them \[1\], if the table has it.
-    ///
-    /// # Errors
-    /// For a value that is no share, reported at its place.
-    pub fn read_spread(table: &Table<'_>) -> Result<Option<f64>, Reported> {
-        table.optional("spread", |item| item.quantity(Unit::One, &ranges::SPREAD))
-    }
+table! {
+    /// Keys of a file with a sensor.
+    file_table = TableSpec::new("top level", "a sensor, and other tables");
+    SENSOR: (TactileParameters, Option<f64>) = "sensor", TactileParameters::TYPE, "sensor", "",
+        required();
+}
 
-    /// Reads the table of a sensor.
-    ///
-    /// # Errors
-    /// For every parameter that is missing, of a wrong unit or out of range, reported at its place.
-    pub fn read(table: &Table<'_>) -> Result<Self, Reported> {
-        let piezoresistive = table.required("piezoresistive", |item| cell(&item.table()?));
-        let piezoelectric = table.required("piezoelectric", piezoelectric);
-        let (piezoresistive, amplifier) = piezoresistive?;
-        Ok(Self {
-            piezoresistive,
-            amplifier,
-            piezoelectric: piezoelectric?,
-        })
-    }
+table! {
+    /// Keys of `[sensor]`.
+    sensor_table = TableSpec::new("[sensor]", "tactile sensor");
+    SPREAD: f64 = "spread", quantity(Unit::One, ranges::SPREAD),
+        "share by which the constants of numbered cells differ from those of the file", "";
+    PIEZORESISTIVE: (PiezoresistiveCell, ResistanceAmplifier) = "piezoresistive",
+        Type::new(Shape::Table(piezoresistive_table::TABLE), |item, _| cell(&item.table()?)),
+        "piezoresistive cell, for the load itself", "", required();
+    PIEZOELECTRIC: PiezoelectricCell = "piezoelectric", PiezoelectricCell::TYPE,
+        "piezoelectric cell with its amplifier, for the changes of the load", "", required();
+}
+
+table! {
+    /// Keys of `piezoresistive`.
+    piezoresistive_table = TableSpec::new("piezoresistive", "piezoresistive cell");
+    SATURATING: Saturating = "saturating", Saturating::TYPE, "linear characteristic with saturation",
+        "", one_of();
+    HYSTERETIC: Hysteretic = "hysteretic", Hysteretic::TYPE, "characteristic of two sigmoids", "",
+        one_of();
+    CREEP: Creep = "creep", Creep::TYPE, "slow rise of the conductance under load", "", required();
+    AMPLIFIER: ResistanceAmplifier = "amplifier", ResistanceAmplifier::TYPE, "its amplifier", "",
+        required();
+}
+
+impl TactileParameters {
+    /// The table of a sensor, and how far the constants of cells are from those of the table, as a
+    /// share of them \[1\], if the table has it.
+    pub const TYPE: Type<(Self, Option<f64>)> =
+        Type::new(Shape::Table(sensor_table::TABLE), |item, _| {
+            sensor(&item.table()?)
+        });
+}
+
+fn sensor(table: &Table<'_>) -> Result<(TactileParameters, Option<f64>), Reported> {
+    use sensor_table::{PIEZOELECTRIC, PIEZORESISTIVE, SPREAD, TABLE};
+    let keys = TABLE.of(table);
+    let spread = keys.get(&SPREAD);
+    let (piezoresistive, piezoelectric) = (keys.read(&PIEZORESISTIVE), keys.read(&PIEZOELECTRIC));
+    let (piezoresistive, amplifier) = piezoresistive?;
+    let sensor = TactileParameters {
+        piezoresistive,
+        amplifier,
+        piezoelectric: piezoelectric?,
+    };
+    Ok((sensor, spread?))
 }
 
 fn cell(table: &Table<'_>) -> Result<(PiezoresistiveCell, ResistanceAmplifier), Reported> {
-    let characteristic = match (table.get("saturating"), table.get("hysteretic")) {
-        (Some(item), None) => saturating(&item.table()?),
-        (None, Some(item)) => hysteretic(&item.table()?),
-        (None, None) => Err(table.missing("hysteretic")),
+    use piezoresistive_table::{AMPLIFIER, CREEP, HYSTERETIC, SATURATING, TABLE};
+    let keys = TABLE.of(table);
+    let characteristic = match (keys.item(&SATURATING), keys.item(&HYSTERETIC)) {
         (Some(_), Some(_)) => {
             let message = "a cell has one characteristic, `saturating` or `hysteretic`";
-            Err(table.report("saturating", message, "remove one of the two"))
+            Err(keys.report(&SATURATING, message, "remove one of the two"))
         }
+        (Some(_), None) => keys.read(&SATURATING).map(Characteristic::Saturating),
+        _ => keys.read(&HYSTERETIC).map(Characteristic::Hysteretic),
     };
-    let creep = table.required("creep", |item| creep(&item.table()?));
-    let amplifier = table.required("amplifier", |item| amplifier(&item.table()?));
+    let (creep, amplifier) = (keys.read(&CREEP), keys.read(&AMPLIFIER));
     let cell = PiezoresistiveCell {
         characteristic: characteristic?,
         creep: creep?,
     };
     Ok((cell, amplifier?))
-}
-
-fn saturating(table: &Table<'_>) -> Result<Characteristic, Reported> {
-    let sensitivity = quantity(
-        table,
-        "sensitivity",
-        Unit::SiemensPerNewton,
-        &ranges::SENSITIVITY,
-    );
-    let base = quantity(table, "base", Unit::Siemens, &ranges::BASE);
-    let saturation = quantity(table, "saturation", Unit::Newton, &ranges::FORCE);
-    Ok(Characteristic::Saturating {
-        sensitivity: sensitivity?,
-        base: base?,
-        saturation: saturation?,
-    })
-}
-
-fn hysteretic(table: &Table<'_>) -> Result<Characteristic, Reported> {
-    let loading = table.required("loading", |item| branch(&item.table()?));
-    let unloading = table.required("unloading", |item| branch(&item.table()?));
-    let switch = quantity(table, "switch", Unit::NewtonPerSecond, &ranges::RATE);
-    Ok(Characteristic::Hysteretic {
-        loading: loading?,
-        unloading: unloading?,
-        switch: switch?,
-    })
-}
-
-fn branch(table: &Table<'_>) -> Result<Branch, Reported> {
-    let base = quantity(table, "base", Unit::Siemens, &ranges::BRANCH_BASE);
-    let rise = quantity(table, "rise", Unit::Siemens, &ranges::CONDUCTANCE);
-    let mid = quantity(table, "mid", Unit::Newton, &ranges::MID);
-    let width = quantity(table, "width", Unit::Newton, &ranges::FORCE);
-    Ok(Branch {
-        base: base?,
-        rise: rise?,
-        mid: mid?,
-        width: width?,
-    })
-}
-
-fn creep(table: &Table<'_>) -> Result<Creep, Reported> {
-    let share = table.required("share", |item| item.number(&Range::between(0.0, 1.0)));
-    let load = quantity(table, "load", Unit::Newton, &ranges::FORCE);
-    let time = quantity(table, "time", Unit::Second, &ranges::TIME);
-    Ok(Creep {
-        share: share?,
-        load: load?,
-        time: time?,
-    })
-}
-
-fn amplifier(table: &Table<'_>) -> Result<ResistanceAmplifier, Reported> {
-    let feedback = quantity(table, "feedback", Unit::Ohm, &ranges::RESISTANCE);
-    let reference = quantity(table, "reference", Unit::Volt, &ranges::VOLTAGE);
-    let rail = quantity(table, "rail", Unit::Volt, &ranges::VOLTAGE);
-    Ok(ResistanceAmplifier {
-        feedback: feedback?,
-        reference: reference?,
-        rail: rail?,
-    })
-}
-
-fn piezoelectric(item: &Item<'_>) -> Result<PiezoelectricCell, Reported> {
-    let table = &item.table()?;
-    let gain = quantity(table, "gain", Unit::VoltSecondPerNewton, &ranges::GAIN);
-    let amplifier_time = quantity(table, "amplifier_time", Unit::Second, &ranges::TIME);
-    let silicone_time = quantity(table, "silicone_time", Unit::Second, &ranges::TIME);
-    let rail = quantity(table, "rail", Unit::Volt, &ranges::VOLTAGE);
-    let offset = quantity(table, "offset", Unit::Volt, &ranges::OFFSET);
-    let cell = PiezoelectricCell {
-        gain: gain?,
-        amplifier_time: amplifier_time?,
-        silicone_time: silicone_time?,
-        rail: rail?,
-        offset: offset?,
-    };
-    match cell.check() {
-        Ok(()) => Ok(cell),
-        Err(error) => Err(item.report(error.to_string(), "")),
-    }
-}
-
-/// Accepted values of a tactile sensor, but not what a slip of a unit makes of it.
-mod ranges {
-    use twinrig_document::Range;
-
-    /// Spread of the constants of cells: time constants must stay apart.
-    pub(super) const SPREAD: Range = Range::between(0.0, 0.5);
-    /// Conductance of a cell \[S\].
-    pub(super) const CONDUCTANCE: Range = Range::between(1e-12, 10.0);
-    /// Offset of a conductance \[S\].
-    pub(super) const BASE: Range = Range::between(-10.0, 10.0);
-    /// Conductance of a branch without load \[S\].
-    pub(super) const BRANCH_BASE: Range = Range::between(0.0, 10.0);
-    /// Conductance per force \[S/N\].
-    pub(super) const SENSITIVITY: Range = Range::between(1e-12, 10.0);
-    /// Load of a cell \[N\].
-    pub(super) const FORCE: Range = Range::between(1e-4, 1e6);
-    /// Load in the middle of a branch \[N\].
-    pub(super) const MID: Range = Range::between(-1e6, 1e6);
-    /// Rate of the load at which the branch changes \[N/s\].
-    pub(super) const RATE: Range = Range::between(1e-6, 1e9);
-    /// Time constant \[s\].
-    pub(super) const TIME: Range = Range::between(1e-6, 1e6);
-    /// Resistor of an amplifier \[Ω\].
-    pub(super) const RESISTANCE: Range = Range::between(1.0, 1e12);
-    /// Supply or reference \[V\].
-    pub(super) const VOLTAGE: Range = Range::between(1e-3, 1e3);
-    /// Voltage per rate of the load \[V·s/N\].
-    pub(super) const GAIN: Range = Range::between(-1e6, 1e6);
-    /// Offset of a voltage \[V\].
-    pub(super) const OFFSET: Range = Range::between(-10.0, 10.0);
-}
-
-fn quantity(table: &Table<'_>, key: &str, unit: Unit, range: &Range) -> Result<f64, Reported> {
-    table.required(key, |item| item.quantity(unit, range))
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use proptest::prelude::*;
 use serde_json::json;
 use twinrig_sensor::{
-    Characteristic, Creep, PiezoelectricCell, PiezoresistiveCell, ResistanceAmplifier, SensorError,
-    SensorFile, TactileParameters, TactileSensor,
+    Characteristic, Creep, Hysteretic, PiezoelectricCell, PiezoresistiveCell, ResistanceAmplifier,
+    Saturating, SensorError, SensorFile, TactileParameters, TactileSensor,
 };
 use twinrig_testing::python;
 
@@ -33,11 +33,11 @@ fn sensor(gain: f64, amplifier_time: f64, silicone_time: f64) -> TactileSensor {
 }
 
 /// The foot cell of the thesis (section 4.2.3), under a load that changes slowly.
-const FOOT: Characteristic = Characteristic::Saturating {
+const FOOT: Characteristic = Characteristic::Saturating(Saturating {
     sensitivity: 1.01e-5,
     base: 4.14e-5,
     saturation: 31.5,
-};
+});
 
 #[test]
 fn amplifier_of_the_foot_cell_spans_its_printed_range() {
@@ -60,11 +60,11 @@ fn amplifier_of_the_foot_cell_spans_its_printed_range() {
 
 #[test]
 fn cell_with_a_negative_base_conducts_from_a_certain_load_on() {
-    let cell = Characteristic::Saturating {
+    let cell = Characteristic::Saturating(Saturating {
         sensitivity: 3.4456e-6,
         base: -3.8753e-5,
         saturation: 25.433,
-    };
+    });
     assert_eq!(cell.conductance(11.0, 0.0), 0.0);
     assert!(cell.conductance(11.5, 0.0) > 0.0);
 }
@@ -280,9 +280,9 @@ fn constants_of_a_drawn_cell_are_within_the_spread_and_its_loop_keeps_its_sign()
             assert!((ratio - 1.0).abs() <= 0.1, "{number}: {ratio}");
             (least, most) = (least.min(ratio), most.max(ratio));
         }
-        let Characteristic::Hysteretic {
+        let Characteristic::Hysteretic(Hysteretic {
             loading, unloading, ..
-        } = cell.piezoresistive.characteristic
+        }) = cell.piezoresistive.characteristic
         else {
             panic!("the sensor has hysteresis")
         };

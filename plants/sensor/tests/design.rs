@@ -8,7 +8,7 @@ use twinrig_sensor::design::{
     Anova, CELLS, CellDesign, CellFactor, CellPrediction, CellResponse, Departure, Effect,
     Electrode, Elimination, LinearModel, PRINTED_MODELS, THRESHOLD, TestedCell,
 };
-use twinrig_sensor::{Characteristic, ResistanceAmplifier, SensorError};
+use twinrig_sensor::{Characteristic, ResistanceAmplifier, Saturating, SensorError};
 use twinrig_testing::python;
 
 use CellFactor::{Glue, Layer, Length, Shape, Width};
@@ -277,9 +277,9 @@ proptest! {
             (found.sensitivity.value, found.base.low, found.saturation.value),
             (found.sensitivity.value, found.base.value, found.saturation.high),
         ] {
-            let cell = Characteristic::Saturating {
+            let cell = Characteristic::Saturating(Saturating {
                 sensitivity: a1.max(0.0), base: a2, saturation: end.max(0.0),
-            };
+            });
             let volts = AMPLIFIER.volts(cell.conductance(load, 0.0));
             prop_assert!(load == 0.0 || (output.low <= volts && volts <= output.high));
         }

@@ -7,7 +7,7 @@ use super::effect::Effect;
 use super::linear_model::{LinearModel, PredictionInterval};
 use super::printed::PrintedModel;
 use crate::SensorError;
-use crate::piezoresistive::{Characteristic, ResistanceAmplifier};
+use crate::piezoresistive::{Characteristic, ResistanceAmplifier, Saturating};
 
 /// Electrodes of type B (section 4.2.2.1): width of a strip and distance between strips \[m\].
 const STRIP: f64 = 2e-3;
@@ -219,11 +219,11 @@ impl CellPrediction {
 
     /// Expected characteristic.
     pub fn characteristic(&self) -> Characteristic {
-        Characteristic::Saturating {
+        Characteristic::Saturating(Saturating {
             sensitivity: self.sensitivity.value,
             base: self.base.value,
             saturation: self.saturation.value,
-        }
+        })
     }
 
     /// Output of an amplifier under a load \[N\], infinite for a saturated cell, \[V\].
@@ -234,11 +234,11 @@ impl CellPrediction {
     /// Without load only the base conductance counts, and the interval is that of it alone.
     pub fn volts(&self, amplifier: &ResistanceAmplifier, load: f64) -> PredictionInterval {
         let volts = |sensitivity: f64, base, saturation: f64| {
-            let cell = Characteristic::Saturating {
+            let cell = Characteristic::Saturating(Saturating {
                 sensitivity: sensitivity.max(0.0),
                 base,
                 saturation: saturation.max(0.0),
-            };
+            });
             amplifier.volts(cell.conductance(load, 0.0))
         };
         let [sensitivity, base, saturation] = if load == 0.0 {
