@@ -2,20 +2,33 @@
 
 use std::f64::consts::TAU;
 
-use twinrig_kernel::stream;
+use twinrig_document::declaration::{Accepts, Shape, Type, quantity, record};
+use twinrig_kernel::{Unit, stream};
 
 use crate::profile::{CamProfile, Lift};
+use crate::ranges;
 
-/// Scratches of the milling: dents at random angles.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scratches {
-    /// Number of scratches.
-    pub count: u32,
-    /// Depth \[m\].
-    pub depth: f64,
-    /// Width \[rad\].
-    pub width: f64,
+record! {
+    /// Scratches of the milling: dents at random angles.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Scratches = "scratches" {
+        /// Number of scratches.
+        pub count: u32 = COUNT,
+        /// Depth \[m\].
+        pub depth: f64 = quantity(Unit::Meter, ranges::DEPTH),
+        /// Width \[rad\].
+        pub width: f64 = quantity(Unit::Radian, ranges::WIDTH),
+    }
 }
+
+/// Bound of the number of scratches.
+const MOST: u64 = 100;
+const COUNT: Type<u32> = Type::new(Shape::One(Accepts::Natural(0..=MOST)), |item, _| {
+    let count = item.natural()?;
+    let number = u32::try_from(count).ok().filter(|_| count <= MOST);
+    let message = format!("a cam of {count} scratches");
+    number.ok_or_else(|| item.report(message, format!("at most {MOST}")))
+});
 
 /// Place at which a cam cannot guide its roller.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

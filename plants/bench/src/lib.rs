@@ -29,6 +29,7 @@ mod error;
 mod parameters;
 mod plant;
 mod profile;
+mod ranges;
 mod spline;
 
 pub use cam::{Scratches, Undercut};

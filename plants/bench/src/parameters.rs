@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use twinrig_document::declaration::{
+    Accepts, Key, Shape, TableReference, TableSpec, Type, contextual, quantity, record, table,
+};
 use twinrig_document::{
-    Document, DocumentError, Item, Placed, Problem, Range, Reported, Table, suggestion,
+    Document, DocumentError, Item, Placed, Problem, Reported, Table, suggestion,
 };
 use twinrig_kernel::Unit;
 use twinrig_robot::Motor;
@@ -11,6 +14,7 @@ use twinrig_sensor::{BENCHES, TactileParameters};
 
 use crate::cam::{Scratches, check_curvature};
 use crate::profile::CamProfile;
+use crate::ranges;
 
 /// Parameters of a test bench, read from a file of `benches/`.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +68,11 @@ pub struct BenchSettings {
 }
 
 impl BenchFile {
+    /// Returns the tables of a file of a test bench with their keys, beginning with the top level.
+    pub fn tables() -> Vec<TableReference> {
+        TableReference::of(bench_table::TABLE)
+    }
+
     /// Reads the file `name` of [`BENCHES`], for a scenario in the folder `beside`. `None` if there
     /// is none of that name.
     ///
@@ -136,18 +145,28 @@ fn overload(bench: &BenchParameters) -> Option<String> {
         .then(|| format!("a load of {most:.2} N saturates the reference cell of {range} N"))
 }
 
+table! {
+    /// Keys of a file of a test bench.
+    bench_table = TableSpec::new("top level", "test bench of tactile sensors");
+    NAME: String = "name", Type::TEXT, "name of the bench", "", required();
+    MOTOR: Motor = "motor", Motor::TYPE, "motor with its gear", "", required();
+    CAM: CamTable = "cam", Type::new(Shape::Table(cam_table::TABLE), |item, _| cam(&item.table()?)),
+        "cam on the shaft", "", required();
+    CARRIAGE: Carriage = "carriage", Carriage::TYPE, "carriage between cam and sensor", "",
+        required();
+    REFERENCE: Reference = "reference", Reference::TYPE, "reference cell behind the sensor", "",
+        required();
+    SENSOR: (TactileParameters, Option<f64>) = "sensor", TactileParameters::TYPE, "tactile sensor",
+        "", required();
+}
+
 /// Reads a bench and the spread of its cells.
 fn bench(table: &Table<'_>) -> Result<(BenchParameters, Option<f64>), Reported> {
-    let name = table.required("name", |item| item.text().map(str::to_owned));
-    let motor = table.required("motor", |item| Motor::read_from(&item.table()?));
-    let cam = table.required("cam", |item| cam(&item.table()?));
-    let carriage = table.required("carriage", |item| carriage(&item.table()?));
-    let range = table.required("reference", |item| {
-        quantity(&item.table()?, "range", Unit::Newton, &ranges::FORCE)
-    });
-    let sensor = table.required("sensor", |item| {
-        (TactileParameters::TYPE.read)(item, &TactileParameters::TYPE.shape)
-    });
+    use bench_table::{CAM, CARRIAGE, MOTOR, NAME, REFERENCE, SENSOR, TABLE};
+    let keys = TABLE.of(table);
+    let (name, motor) = (keys.read(&NAME), keys.read(&MOTOR));
+    let (cam, carriage) = (keys.read(&CAM), keys.read(&CARRIAGE));
+    let (reference, sensor) = (keys.read(&REFERENCE), keys.read(&SENSOR));
     let (cam, carriage) = (cam?, carriage?);
     let (sensor, spread) = sensor?;
     let bench = BenchParameters {
@@ -163,14 +182,67 @@ fn bench(table: &Table<'_>) -> Result<(BenchParameters, Option<f64>), Reported> 
         roller_radius: carriage.roller_radius,
         stiffness: carriage.stiffness,
         preload: carriage.preload,
-        reference_range: range?,
+        reference_range: reference?.range,
         sensor,
     };
     check_curvature(&bench.profile, bench.base_radius, bench.roller_radius)
-        .map_err(|error| table.report("cam", error.to_string(), "smooth its profile"))?;
+        .map_err(|error| keys.report(&CAM, error.to_string(), "smooth its profile"))?;
     Ok((bench, spread))
 }
 
+record! {
+    /// Reference cell behind the sensor.
+    struct Reference = "[reference]" {
+        /// Range \[N\].
+        range: f64 = quantity(Unit::Newton, ranges::FORCE),
+    }
+}
+
+record! {
+    /// Carriage with its roller, between cam and sensor.
+    struct Carriage = "[carriage]" {
+        /// Mass with the roller \[kg\].
+        mass: f64 = quantity(Unit::Kilogram, ranges::MASS),
+        /// Viscous friction \[N·s/m\].
+        friction: f64 = quantity(Unit::NewtonSecondPerMeter, ranges::FRICTION),
+        /// Radius of the roller \[m\].
+        roller_radius: f64 = quantity(Unit::Meter, ranges::RADIUS),
+        /// Stiffness of the springs together \[N/m\].
+        stiffness: f64 = quantity(Unit::NewtonPerMeter, ranges::STIFFNESS),
+        /// Compression of the springs at the lowest point of the cam; negative: gap before the
+        /// sensor \[m\].
+        preload: f64 = quantity(Unit::Meter, ranges::PRELOAD),
+    }
+}
+
+table! {
+    /// Keys of `[cam]`.
+    cam_table = TableSpec::new("[cam]", "cam on the shaft");
+    PROFILE: () = "profile",
+        contextual(Shape::Either(&[
+            Shape::Choice(|| vec!["harmonic", "bump"]),
+            Shape::List { of: &EACH_LIFT, least: 9, distinct: false },
+        ])),
+        "shape, or a table of lifts at even distances over a whole turn", "", default("'harmonic'");
+    LIFT: f64 = "lift", quantity(Unit::Meter, ranges::LIFT), "greatest lift, of a named profile", "",
+        required();
+    BASE_RADIUS: f64 = "base_radius", quantity(Unit::Meter, ranges::RADIUS), "base radius", "",
+        required();
+    INERTIA: f64 = "inertia", quantity(Unit::KilogramSquareMeter, ranges::INERTIA), "inertia", "",
+        required();
+    FRICTION: f64 = "friction",
+        quantity(Unit::NewtonMeterSecondPerRadian, ranges::SHAFT_FRICTION),
+        "viscous friction of cam shaft and gear", "", required();
+    SCRATCHES: Scratches = "scratches", Scratches::TYPE, "scratches at random angles", "",
+        required();
+}
+
+const EACH_LIFT: Shape = Shape::One(Accepts::Quantity {
+    unit: Unit::Meter,
+    range: ranges::LIFT,
+});
+
+/// Cam on the shaft.
 struct CamTable {
     profile: CamProfile,
     base_radius: f64,
@@ -180,11 +252,12 @@ struct CamTable {
 }
 
 fn cam(table: &Table<'_>) -> Result<CamTable, Reported> {
-    let lift = |item: &Item<'_>| item.quantity(Unit::Meter, &ranges::LIFT);
-    let profile = match table.get("profile") {
+    use cam_table::{BASE_RADIUS, FRICTION, INERTIA, LIFT, PROFILE, SCRATCHES, TABLE};
+    let keys = TABLE.of(table);
+    let profile = match keys.item(&PROFILE) {
         Some(item) if item.is_list() => lifts(&item),
         Some(item) => {
-            let lift = table.required("lift", lift);
+            let lift = keys.read(&LIFT);
             let bump = item.choice(&[("harmonic", false), ("bump", true)]);
             bump.and_then(|bump| {
                 let lift = lift?;
@@ -195,21 +268,10 @@ fn cam(table: &Table<'_>) -> Result<CamTable, Reported> {
                 })
             })
         }
-        None => {
-            let lift = table.required("lift", lift);
-            lift.map(|lift| CamProfile::Harmonic { lift })
-        }
+        None => keys.read(&LIFT).map(|lift| CamProfile::Harmonic { lift }),
     };
-    let base_radius = quantity(table, "base_radius", Unit::Meter, &ranges::RADIUS);
-    let inertia = quantity(
-        table,
-        "inertia",
-        Unit::KilogramSquareMeter,
-        &ranges::INERTIA,
-    );
-    let unit = Unit::NewtonMeterSecondPerRadian;
-    let friction = quantity(table, "friction", unit, &ranges::SHAFT_FRICTION);
-    let scratches = table.required("scratches", |item| scratches(&item.table()?));
+    let (base_radius, inertia) = (keys.read(&BASE_RADIUS), keys.read(&INERTIA));
+    let (friction, scratches) = (keys.read(&FRICTION), keys.read(&SCRATCHES));
     Ok(CamTable {
         profile: profile?,
         base_radius: base_radius?,
@@ -243,85 +305,4 @@ fn lifts(item: &Item<'_>) -> Result<CamProfile, Reported> {
         return Err(item.report(message, "repeat the first lift at the end"));
     }
     Ok(CamProfile::Table { lifts })
-}
-
-/// Bound of the number of scratches.
-const SCRATCHES_MAX: u32 = 100;
-
-fn scratches(table: &Table<'_>) -> Result<Scratches, Reported> {
-    let count = table.required("count", |item| {
-        let count = item.natural()?;
-        let most = u64::from(SCRATCHES_MAX);
-        match u32::try_from(count) {
-            Ok(count) if u64::from(count) <= most => Ok(count),
-            _ => Err(item.report(
-                format!("a cam of {count} scratches"),
-                format!("at most {most}"),
-            )),
-        }
-    });
-    let depth = quantity(table, "depth", Unit::Meter, &ranges::DEPTH);
-    let width = quantity(table, "width", Unit::Radian, &ranges::WIDTH);
-    Ok(Scratches {
-        count: count?,
-        depth: depth?,
-        width: width?,
-    })
-}
-
-struct CarriageTable {
-    mass: f64,
-    friction: f64,
-    roller_radius: f64,
-    stiffness: f64,
-    preload: f64,
-}
-
-fn carriage(table: &Table<'_>) -> Result<CarriageTable, Reported> {
-    let mass = quantity(table, "mass", Unit::Kilogram, &ranges::MASS);
-    let unit = Unit::NewtonSecondPerMeter;
-    let friction = quantity(table, "friction", unit, &ranges::FRICTION);
-    let roller_radius = quantity(table, "roller_radius", Unit::Meter, &ranges::RADIUS);
-    let stiffness = quantity(table, "stiffness", Unit::NewtonPerMeter, &ranges::STIFFNESS);
-    let preload = quantity(table, "preload", Unit::Meter, &ranges::PRELOAD);
-    Ok(CarriageTable {
-        mass: mass?,
-        friction: friction?,
-        roller_radius: roller_radius?,
-        stiffness: stiffness?,
-        preload: preload?,
-    })
-}
-
-/// Accepted values of a bench that fits on a table, but not what a slip of a unit makes of it.
-mod ranges {
-    use twinrig_document::Range;
-
-    /// Radius of cam or roller \[m\].
-    pub(super) const RADIUS: Range = Range::between(1e-4, 1.0);
-    /// Lift of the cam \[m\].
-    pub(super) const LIFT: Range = Range::between(0.0, 0.5);
-    /// Compression of the springs; negative: a gap \[m\].
-    pub(super) const PRELOAD: Range = Range::between(-0.05, 0.05);
-    /// Inertia of the cam \[kg·m²\].
-    pub(super) const INERTIA: Range = Range::between(1e-10, 10.0);
-    /// Friction of the cam's shaft \[N·m·s/rad\].
-    pub(super) const SHAFT_FRICTION: Range = Range::between(0.0, 100.0);
-    /// Mass of the carriage \[kg\].
-    pub(super) const MASS: Range = Range::between(1e-4, 100.0);
-    /// Friction of the carriage \[N·s/m\].
-    pub(super) const FRICTION: Range = Range::between(0.0, 1e5);
-    /// Stiffness of the springs \[N/m\].
-    pub(super) const STIFFNESS: Range = Range::between(1e-2, 1e8);
-    /// Range of the reference cell \[N\].
-    pub(super) const FORCE: Range = Range::between(1e-3, 1e6);
-    /// Depth of a scratch \[m\].
-    pub(super) const DEPTH: Range = Range::between(0.0, 1e-4);
-    /// Width of a scratch \[rad\]: narrower ones would fall between the points of the table of the
-    /// cam.
-    pub(super) const WIDTH: Range = Range::between(0.08, 1.0);
-}
-
-fn quantity(table: &Table<'_>, key: &str, unit: Unit, range: &Range) -> Result<f64, Reported> {
-    table.required(key, |item| item.quantity(unit, range))
 }
