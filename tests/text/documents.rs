@@ -6,6 +6,8 @@ use std::process::Command;
 use twinrig::campaign::optimization::SearchSpace;
 use twinrig::campaign::sweep::SweepSpec;
 use twinrig::{Assembly, BuildKey, Execution, Registry, Status, execute};
+use twinrig_bench::BenchFile;
+use twinrig_robot::RobotFile;
 use twinrig_testing::keys::check_keys;
 
 fn readme() -> String {
@@ -152,6 +154,8 @@ fn keys_of_files_are_those_of_their_declarations() {
     for (page, heading, tables) in [
         ("campaigns", "### The specification", SweepSpec::tables()),
         ("campaigns", "### The search space", SearchSpace::tables()),
+        ("files", "", RobotFile::tables()),
+        ("files", "", BenchFile::tables()),
     ] {
         check_keys(&path(page), heading, &tables);
     }

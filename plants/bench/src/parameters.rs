@@ -147,7 +147,7 @@ fn overload(bench: &BenchParameters) -> Option<String> {
 
 table! {
     /// Keys of a file of a test bench.
-    bench_table = TableSpec::new("top level", "test bench of tactile sensors");
+    bench_table = TableSpec::new("bench file", "test bench of tactile sensors");
     NAME: String = "name", Type::TEXT, "name of the bench", "", required();
     MOTOR: Motor = "motor", Motor::TYPE, "motor with its gear", "", required();
     CAM: CamTable = "cam", Type::new(Shape::Table(cam_table::TABLE), |item, _| cam(&item.table()?)),

@@ -228,7 +228,7 @@ record! {
 record! {
     /// Masses of a leg \[kg\].
     #[derive(Debug, Clone, Copy, PartialEq)]
-    pub struct LegMass = "leg.NAME.mass", checked by check_mass {
+    pub struct LegMass = "mass", checked by check_mass {
         /// First segment.
         pub l1: f64 = quantity(Unit::Kilogram, ranges::MASS),
         /// Second segment.

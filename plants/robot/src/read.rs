@@ -11,7 +11,7 @@ use crate::ranges;
 
 table! {
     /// Keys of a robot file.
-    pub(crate) robot_table = TableSpec::new("top level", "a quadruped");
+    pub(crate) robot_table = TableSpec::new("robot file", "a quadruped");
     NAME: String = "name", Type::TEXT, "name of the robot", "", required();
     TRUNK: Trunk = "trunk", Trunk::TYPE, "body that carries the legs", "", required();
     LEG: () = "leg", contextual(Shape::ByName(&Shape::Table(Leg::TABLE))),

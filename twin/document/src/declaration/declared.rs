@@ -19,9 +19,6 @@ impl<X: Dialect> TableSpec<X> {
 
 impl<'t, 'd, X: Dialect> Declared<'t, 'd, X> {
     /// Reads a key that is required or has a default.
-    ///
-    /// # Errors
-    /// It is missing, or its value is not accepted.
     pub fn read<T>(self, key: &Key<T, X>) -> Result<T, Reported> {
         if let Some(value) = self.get(key)? {
             return Ok(value);
@@ -36,17 +33,11 @@ impl<'t, 'd, X: Dialect> Declared<'t, 'd, X> {
     }
 
     /// Reads a key that may be absent.
-    ///
-    /// # Errors
-    /// Its value is not accepted.
     pub fn get<T>(self, key: &Key<T, X>) -> Result<Option<T>, Reported> {
         self.get_with(key, |item| (key.of.read)(item, &key.of.shape))
     }
 
     /// Reads a required key by `read`, which has knowledge of other tables.
-    ///
-    /// # Errors
-    /// It is missing, or `read` reported a problem.
     pub fn read_with<T, U>(
         self,
         key: &Key<T, X>,
@@ -57,9 +48,6 @@ impl<'t, 'd, X: Dialect> Declared<'t, 'd, X> {
     }
 
     /// Reads a key that may be absent by `read`, which has knowledge of other tables.
-    ///
-    /// # Errors
-    /// `read` reported a problem.
     pub fn get_with<T, U>(
         self,
         key: &Key<T, X>,
@@ -81,9 +69,6 @@ impl<'t, 'd, X: Dialect> Declared<'t, 'd, X> {
     }
 
     /// Reads the present key with the name `name`, which is declared with values of type `T`.
-    ///
-    /// # Errors
-    /// Its value is not accepted.
     pub fn read_named<T: 'static>(self, name: &str) -> Result<T, Reported> {
         let keys = (self.spec.typed)();
         let mut keys = keys

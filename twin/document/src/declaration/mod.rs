@@ -4,6 +4,10 @@
 //!
 //! The files of one crate may accept values that no others do, such as names that the crate knows:
 //! these are its [`Dialect`].
+#![expect(
+    clippy::missing_errors_doc,
+    reason = "a reader reports the problems of its table"
+)]
 
 mod accepts;
 mod declared;

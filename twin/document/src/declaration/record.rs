@@ -9,9 +9,6 @@ pub trait Field {
     type Value;
 
     /// Reads the key.
-    ///
-    /// # Errors
-    /// It is missing, or its value is not accepted.
     fn read(&self, table: &Table<'_>, key: &str) -> Result<Self::Value, Reported>;
 
     /// Returns the declaration of the key.

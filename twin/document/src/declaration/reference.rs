@@ -89,11 +89,17 @@ impl TableReference {
         tables
     }
 
-    /// Returns the table of the documentation, in Markdown.
+    /// Returns the table of the documentation, in Markdown; without examples where there are none.
     pub fn markdown(&self) -> String {
+        let has_examples = self.keys.iter().any(|key| !key.example.is_empty());
+        let (head, rule) = if has_examples {
+            (" example |", "---|")
+        } else {
+            ("", "")
+        };
         let mut lines = vec![
-            "| key | value | meaning | example |".to_owned(),
-            "|---|---|---|---|".to_owned(),
+            format!("| key | value | meaning |{head}"),
+            format!("|---|---|---|{rule}"),
         ];
         lines.extend(self.keys.iter().map(|key| {
             let KeyReference {
@@ -103,7 +109,13 @@ impl TableReference {
                 example,
                 ..
             } = key;
-            format!("| `{name}` | {value} | {about} | `{example}` |")
+            let about = about.trim().trim_end_matches('.');
+            let example = if has_examples {
+                format!(" `{example}` |")
+            } else {
+                String::new()
+            };
+            format!("| `{name}` | {value} | {about} |{example}")
         }));
         lines.join("\n")
     }

@@ -122,7 +122,8 @@ impl<X: Dialect> Shape<X> {
                 Shape::Any | Shape::One(_) | Shape::Other(_) => {
                     // The plural of `length, at most 10 m` is that of the length.
                     let words = of.words();
-                    let (name, range) = words.split_at(words.find(", ").unwrap_or(words.len()));
+                    let ends = [", ", " of "].into_iter().filter_map(|end| words.find(end));
+                    let (name, range) = words.split_at(ends.min().unwrap_or(words.len()));
                     format!("list of {name}s{range}")
                 }
                 Shape::Either(_) => format!("list of ({})", of.words()),
