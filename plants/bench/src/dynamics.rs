@@ -90,15 +90,16 @@ const LOCATED: f64 = 1e-6;
 impl Model {
     pub(crate) fn new(parameters: &BenchParameters, seed: u64) -> Result<Self, MotorError> {
         let motor = DcMotor::new(&parameters.motor)?;
+        let (cam, carriage) = (&parameters.cam, &parameters.carriage);
         Ok(Self {
-            cam: Cam::new(&parameters.profile, &parameters.scratches, seed),
-            inertia: motor.inertia() + parameters.cam_inertia,
+            cam: Cam::new(&cam.profile, &cam.scratches, seed),
+            inertia: motor.inertia() + cam.inertia,
             motor,
-            shaft_friction: parameters.cam_friction,
-            mass: parameters.mass,
-            carriage_friction: parameters.carriage_friction,
-            stiffness: parameters.stiffness,
-            preload: parameters.preload,
+            shaft_friction: cam.friction,
+            mass: carriage.mass,
+            carriage_friction: carriage.friction,
+            stiffness: carriage.stiffness,
+            preload: carriage.preload,
         })
     }
 

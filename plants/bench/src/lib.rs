@@ -34,6 +34,8 @@ mod spline;
 
 pub use cam::{Scratches, Undercut};
 pub use error::BenchError;
-pub use parameters::{BenchFile, BenchParameters, BenchSettings};
+pub use parameters::{
+    BenchFile, BenchParameters, BenchSettings, CamParameters, Carriage, ReferenceCell,
+};
 pub use plant::{Bench, LOAD, MOTOR, STEP};
 pub use profile::CamProfile;

@@ -16,38 +16,65 @@ use crate::cam::{Scratches, check_curvature};
 use crate::profile::CamProfile;
 use crate::ranges;
 
-/// Parameters of a test bench, read from a file of `benches/`.
+record! {
+    /// Parameters of a test bench, read from a file of `benches/`.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct BenchParameters = "bench file", checked by check_cam {
+        /// Name, for reports.
+        pub name: String = Type::TEXT,
+        /// Motor with its gear.
+        pub motor: Motor = Motor::TYPE,
+        /// Cam on the shaft.
+        pub cam: CamParameters = CamParameters::TYPE,
+        /// Carriage with its roller, between cam and sensor.
+        pub carriage: Carriage = Carriage::TYPE,
+        /// Reference cell behind the sensor.
+        pub reference: ReferenceCell = ReferenceCell::TYPE,
+        /// Tactile sensor.
+        pub sensor: TactileParameters = TactileParameters::TYPE,
+    }
+}
+
+/// Cam on the shaft.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BenchParameters {
-    /// Name, for reports.
-    pub name: String,
-    /// Motor with its gear.
-    pub motor: Motor,
-    /// Profile of the cam.
+pub struct CamParameters {
+    /// Profile.
     pub profile: CamProfile,
-    /// Base radius of the cam \[m\].
+    /// Base radius \[m\].
     pub base_radius: f64,
-    /// Inertia of the cam \[kg·m²\].
-    pub cam_inertia: f64,
+    /// Inertia \[kg·m²\].
+    pub inertia: f64,
     /// Viscous friction of cam shaft and gear \[N·m·s/rad\].
-    pub cam_friction: f64,
-    /// Scratches of the cam.
+    pub friction: f64,
+    /// Scratches.
     pub scratches: Scratches,
-    /// Mass of the carriage with its roller \[kg\].
-    pub mass: f64,
-    /// Viscous friction of the carriage \[N·s/m\].
-    pub carriage_friction: f64,
-    /// Radius of the roller \[m\].
-    pub roller_radius: f64,
-    /// Stiffness of the springs together \[N/m\].
-    pub stiffness: f64,
-    /// Compression of the springs at the lowest point of the cam; negative: gap before the sensor
-    /// \[m\].
-    pub preload: f64,
-    /// Range of the reference cell \[N\].
-    pub reference_range: f64,
-    /// Tactile sensor.
-    pub sensor: TactileParameters,
+}
+
+record! {
+    /// Reference cell behind the sensor.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ReferenceCell = "[reference]" {
+        /// Range \[N\].
+        pub range: f64 = quantity(Unit::Newton, ranges::FORCE),
+    }
+}
+
+record! {
+    /// Carriage with its roller, between cam and sensor.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Carriage = "[carriage]" {
+        /// Mass with the roller \[kg\].
+        pub mass: f64 = quantity(Unit::Kilogram, ranges::MASS),
+        /// Viscous friction \[N·s/m\].
+        pub friction: f64 = quantity(Unit::NewtonSecondPerMeter, ranges::FRICTION),
+        /// Radius of the roller \[m\].
+        pub roller_radius: f64 = quantity(Unit::Meter, ranges::RADIUS),
+        /// Stiffness of the springs together \[N/m\].
+        pub stiffness: f64 = quantity(Unit::NewtonPerMeter, ranges::STIFFNESS),
+        /// Compression of the springs at the lowest point of the cam; negative: gap before the
+        /// sensor \[m\].
+        pub preload: f64 = quantity(Unit::Meter, ranges::PRELOAD),
+    }
 }
 
 /// File of a test bench, and the values that a scenario sets.
@@ -70,7 +97,7 @@ pub struct BenchSettings {
 impl BenchFile {
     /// Returns the tables of a file of a test bench with their keys, beginning with the top level.
     pub fn tables() -> Vec<TableReference> {
-        TableReference::of(bench_table::TABLE)
+        TableReference::of(BenchParameters::TABLE)
     }
 
     /// Reads the file `name` of [`BENCHES`], for a scenario in the folder `beside`. `None` if there
@@ -110,19 +137,19 @@ impl BenchFile {
     /// cam that is not periodic or cuts under the roller, a load beyond the reference cell; at the
     /// number of a cell, a file without a spread.
     pub fn bench(&self, settings: &BenchSettings) -> Result<BenchParameters, DocumentError> {
-        let (mut bench, spread) = self.document.check(bench)?;
-        bench.sensor = bench.sensor.numbered(spread, settings.cell.as_ref())?;
-        if let Some(cam) = &settings.cam {
-            bench.profile = match bench.profile {
-                CamProfile::Bump { .. } => CamProfile::Bump { lift: cam.value },
-                _ => CamProfile::Harmonic { lift: cam.value },
+        let mut bench = self.document.check(BenchParameters::read_from)?;
+        bench.sensor = bench.sensor.numbered(settings.cell.as_ref())?;
+        if let Some(lift) = &settings.cam {
+            bench.cam.profile = match bench.cam.profile {
+                CamProfile::Bump { .. } => CamProfile::Bump { lift: lift.value },
+                _ => CamProfile::Harmonic { lift: lift.value },
             };
-            let (base, roller) = (bench.base_radius, bench.roller_radius);
-            let checked = check_curvature(&bench.profile, base, roller);
-            checked.map_err(|error| cam.error(error.to_string(), "choose a lower lift"))?;
+            let (cam, roller) = (&bench.cam, bench.carriage.roller_radius);
+            let checked = check_curvature(&cam.profile, cam.base_radius, roller);
+            checked.map_err(|error| lift.error(error.to_string(), "choose a lower lift"))?;
         }
         if let Some(preload) = &settings.preload {
-            bench.preload = preload.value;
+            bench.carriage.preload = preload.value;
         }
         let set = [&settings.preload, &settings.cam].into_iter().flatten();
         match overload(&bench) {
@@ -139,80 +166,19 @@ const OVERLOAD_HELP: &str = "choose a lower cam, less preload or softer springs"
 
 /// Returns the message about a reference cell that the bench would overload.
 fn overload(bench: &BenchParameters) -> Option<String> {
-    let most = bench.stiffness * (bench.profile.lift() + bench.preload).max(0.0);
-    let range = bench.reference_range;
+    let Carriage {
+        stiffness, preload, ..
+    } = bench.carriage;
+    let most = stiffness * (bench.cam.profile.lift() + preload).max(0.0);
+    let range = bench.reference.range;
     (most > range)
         .then(|| format!("a load of {most:.2} N saturates the reference cell of {range} N"))
 }
 
-table! {
-    /// Keys of a file of a test bench.
-    bench_table = TableSpec::new("bench file", "test bench of tactile sensors");
-    NAME: String = "name", Type::TEXT, "name of the bench", "", required();
-    MOTOR: Motor = "motor", Motor::TYPE, "motor with its gear", "", required();
-    CAM: CamTable = "cam", Type::new(Shape::Table(cam_table::TABLE), |item, _| cam(&item.table()?)),
-        "cam on the shaft", "", required();
-    CARRIAGE: Carriage = "carriage", Carriage::TYPE, "carriage between cam and sensor", "",
-        required();
-    REFERENCE: Reference = "reference", Reference::TYPE, "reference cell behind the sensor", "",
-        required();
-    SENSOR: (TactileParameters, Option<f64>) = "sensor", TactileParameters::TYPE, "tactile sensor",
-        "", required();
-}
-
-/// Reads a bench and the spread of its cells.
-fn bench(table: &Table<'_>) -> Result<(BenchParameters, Option<f64>), Reported> {
-    use bench_table::{CAM, CARRIAGE, MOTOR, NAME, REFERENCE, SENSOR, TABLE};
-    let keys = TABLE.of(table);
-    let (name, motor) = (keys.read(&NAME), keys.read(&MOTOR));
-    let (cam, carriage) = (keys.read(&CAM), keys.read(&CARRIAGE));
-    let (reference, sensor) = (keys.read(&REFERENCE), keys.read(&SENSOR));
-    let (cam, carriage) = (cam?, carriage?);
-    let (sensor, spread) = sensor?;
-    let bench = BenchParameters {
-        name: name?,
-        motor: motor?,
-        profile: cam.profile,
-        base_radius: cam.base_radius,
-        cam_inertia: cam.inertia,
-        cam_friction: cam.friction,
-        scratches: cam.scratches,
-        mass: carriage.mass,
-        carriage_friction: carriage.friction,
-        roller_radius: carriage.roller_radius,
-        stiffness: carriage.stiffness,
-        preload: carriage.preload,
-        reference_range: reference?.range,
-        sensor,
-    };
-    check_curvature(&bench.profile, bench.base_radius, bench.roller_radius)
-        .map_err(|error| keys.report(&CAM, error.to_string(), "smooth its profile"))?;
-    Ok((bench, spread))
-}
-
-record! {
-    /// Reference cell behind the sensor.
-    struct Reference = "[reference]" {
-        /// Range \[N\].
-        range: f64 = quantity(Unit::Newton, ranges::FORCE),
-    }
-}
-
-record! {
-    /// Carriage with its roller, between cam and sensor.
-    struct Carriage = "[carriage]" {
-        /// Mass with the roller \[kg\].
-        mass: f64 = quantity(Unit::Kilogram, ranges::MASS),
-        /// Viscous friction \[N·s/m\].
-        friction: f64 = quantity(Unit::NewtonSecondPerMeter, ranges::FRICTION),
-        /// Radius of the roller \[m\].
-        roller_radius: f64 = quantity(Unit::Meter, ranges::RADIUS),
-        /// Stiffness of the springs together \[N/m\].
-        stiffness: f64 = quantity(Unit::NewtonPerMeter, ranges::STIFFNESS),
-        /// Compression of the springs at the lowest point of the cam; negative: gap before the
-        /// sensor \[m\].
-        preload: f64 = quantity(Unit::Meter, ranges::PRELOAD),
-    }
+fn check_cam(table: &Table<'_>, bench: &BenchParameters) -> Result<(), Reported> {
+    let (cam, roller) = (&bench.cam, bench.carriage.roller_radius);
+    let checked = check_curvature(&cam.profile, cam.base_radius, roller);
+    checked.map_err(|error| table.report("cam", error.to_string(), "smooth its profile"))
 }
 
 table! {
@@ -242,16 +208,15 @@ const EACH_LIFT: Shape = Shape::One(Accepts::Quantity {
     range: ranges::LIFT,
 });
 
-/// Cam on the shaft.
-struct CamTable {
-    profile: CamProfile,
-    base_radius: f64,
-    inertia: f64,
-    friction: f64,
-    scratches: Scratches,
+impl CamParameters {
+    const TYPE: Type<Self> =
+        Type::new(
+            Shape::Table(cam_table::TABLE),
+            |item, _| cam(&item.table()?),
+        );
 }
 
-fn cam(table: &Table<'_>) -> Result<CamTable, Reported> {
+fn cam(table: &Table<'_>) -> Result<CamParameters, Reported> {
     use cam_table::{BASE_RADIUS, FRICTION, INERTIA, LIFT, PROFILE, SCRATCHES, TABLE};
     let keys = TABLE.of(table);
     let profile = match keys.item(&PROFILE) {
@@ -272,7 +237,7 @@ fn cam(table: &Table<'_>) -> Result<CamTable, Reported> {
     };
     let (base_radius, inertia) = (keys.read(&BASE_RADIUS), keys.read(&INERTIA));
     let (friction, scratches) = (keys.read(&FRICTION), keys.read(&SCRATCHES));
-    Ok(CamTable {
+    Ok(CamParameters {
         profile: profile?,
         base_radius: base_radius?,
         inertia: inertia?,

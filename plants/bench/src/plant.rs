@@ -139,9 +139,10 @@ impl Bench {
     /// Cam rate from which the roller leaves a harmonic cam at its top, without friction \[rad/s\]:
     /// √(2 k (lift + preload)/(m lift)); none if the springs are never compressed.
     pub fn separation_rate(parameters: &BenchParameters) -> Option<f64> {
-        let lift = parameters.profile.lift();
-        let springs = 2.0 * parameters.stiffness * (lift + parameters.preload);
-        (springs > 0.0 && lift > 0.0).then(|| (springs / (parameters.mass * lift)).sqrt())
+        let carriage = &parameters.carriage;
+        let lift = parameters.cam.profile.lift();
+        let springs = 2.0 * carriage.stiffness * (lift + carriage.preload);
+        (springs > 0.0 && lift > 0.0).then(|| (springs / (carriage.mass * lift)).sqrt())
     }
 
     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {

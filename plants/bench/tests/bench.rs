@@ -16,10 +16,10 @@ fn parameters() -> BenchParameters {
 /// The bench without scratches, preload and friction.
 fn smooth() -> BenchParameters {
     let mut bench = parameters();
-    bench.scratches.count = 0;
-    bench.preload = 0.0;
-    bench.cam_friction = 0.0;
-    bench.carriage_friction = 0.0;
+    bench.cam.scratches.count = 0;
+    bench.carriage.preload = 0.0;
+    bench.cam.friction = 0.0;
+    bench.carriage.friction = 0.0;
     bench
 }
 
@@ -101,10 +101,10 @@ fn error_falls_with_the_fourth_power_of_the_step() {
 #[test]
 fn free_shaft_follows_the_exponential_of_its_motor() {
     let mut free = smooth();
-    free.profile = CamProfile::Harmonic { lift: 0.0 };
+    free.cam.profile = CamProfile::Harmonic { lift: 0.0 };
     let mut bench = new(&free, SimDuration::from_micros(100));
     let motor = twinrig_actuator::DcMotor::new(&free.motor).unwrap();
-    let inertia = motor.inertia() + free.cam_inertia;
+    let inertia = motor.inertia() + free.cam.inertia;
     let (last, decay) = (
         12.0 / 24.0 * motor.no_load_rate(),
         motor.damping() / inertia,
@@ -132,9 +132,9 @@ proptest! {
         voltage in -24.0..24.0_f64,
     ) {
         let mut bench = parameters();
-        bench.profile = CamProfile::Harmonic { lift };
-        bench.preload = preload;
-        bench.mass = mass;
+        bench.cam.profile = CamProfile::Harmonic { lift };
+        bench.carriage.preload = preload;
+        bench.carriage.mass = mass;
         let mut bench = new(&bench, SimDuration::from_micros(25));
         for ms in 0..400 {
             advance(&mut bench, ms, ms + 1, if ms < 300 { voltage } else { -voltage });
@@ -150,8 +150,8 @@ proptest! {
     #[test]
     fn restored_bench_continues_bit_for_bit(at in 1_u64..300, preload in -6e-3..2e-3_f64) {
         let mut parameters = parameters();
-        parameters.preload = preload;
-        parameters.mass = 0.5;
+        parameters.carriage.preload = preload;
+        parameters.carriage.mass = 0.5;
         let mut first = new(&parameters, STEP);
         advance(&mut first, 0, at, 20.0);
         let mut second = new(&parameters, STEP);
@@ -164,7 +164,7 @@ proptest! {
 
 /// A bench whose cam turns nearly evenly.
 fn flywheel(mut bench: BenchParameters) -> BenchParameters {
-    bench.cam_inertia = 10.0;
+    bench.cam.inertia = 10.0;
     bench.motor.voltage = 48.0;
     bench
 }
@@ -173,7 +173,7 @@ fn flywheel(mut bench: BenchParameters) -> BenchParameters {
 fn roller_leaves_the_cam_at_the_rate_of_the_closed_form() {
     for (mass, preload) in [(0.4, 0.0), (0.8, 0.0), (0.5, 1e-3)] {
         let mut heavy = smooth();
-        (heavy.mass, heavy.preload) = (mass, preload);
+        (heavy.carriage.mass, heavy.carriage.preload) = (mass, preload);
         let expected = Bench::separation_rate(&heavy).unwrap();
         // √(2 · 2340 N/m · (12 mm + preload)/(mass · 12 mm)): the springs no longer hold the
         // carriage back at the top, where the cam decelerates it most.
@@ -204,7 +204,7 @@ fn roller_leaves_the_cam_at_the_rate_of_the_closed_form() {
 fn gap_is_closed_and_opened_at_the_angles_of_the_lift() {
     let gap = 3e-3;
     let mut with_gap = smooth();
-    with_gap.preload = -gap;
+    with_gap.carriage.preload = -gap;
     let mut bench = new(&flywheel(with_gap), STEP);
     bench.log_events(true);
     let mut angles = Vec::new();

@@ -75,17 +75,13 @@ impl TactileParameters {
         cell
     }
 
-    /// Returns the cell `number` of a design with a `spread`, or the design itself without a
+    /// Returns the cell `number` of a design with a spread, or the design itself without a
     /// number.
     ///
     /// # Errors
     /// At the number, if the design has no spread: its cells would not differ.
-    pub fn numbered(
-        &self,
-        spread: Option<f64>,
-        number: Option<&Placed<u64>>,
-    ) -> Result<Self, Problem> {
-        match (spread, number) {
+    pub fn numbered(&self, number: Option<&Placed<u64>>) -> Result<Self, Problem> {
+        match (self.spread, number) {
             (_, None) => Ok(*self),
             (Some(spread), Some(number)) => Ok(self.drawn(spread, number.value)),
             (None, Some(number)) => Err(Problem::at(

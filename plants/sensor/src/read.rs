@@ -69,18 +69,18 @@ impl SensorFile {
     /// # Errors
     /// As [`SensorFile::sensor`]; at the number, if the file has no spread.
     pub fn cell(&self, number: Option<&Placed<u64>>) -> Result<TactileParameters, DocumentError> {
-        let (sensor, spread) = self.document.check(|table| {
+        let sensor = self.document.check(|table| {
             table.expect(table.keys());
             file_table::TABLE.of(table).read(&file_table::SENSOR)
         })?;
-        Ok(sensor.numbered(spread, number)?)
+        Ok(sensor.numbered(number)?)
     }
 }
 
 table! {
     /// Keys of a file with a sensor.
     file_table = TableSpec::new("top level", "a sensor, and other tables");
-    SENSOR: (TactileParameters, Option<f64>) = "sensor", TactileParameters::TYPE, "sensor", "",
+    SENSOR: TactileParameters = "sensor", TactileParameters::TYPE, "sensor", "",
         required();
 }
 
@@ -109,26 +109,24 @@ table! {
 }
 
 impl TactileParameters {
-    /// The table of a sensor, and how far the constants of cells are from those of the table, as a
-    /// share of them \[1\], if the table has it.
-    pub const TYPE: Type<(Self, Option<f64>)> =
-        Type::new(Shape::Table(sensor_table::TABLE), |item, _| {
-            sensor(&item.table()?)
-        });
+    /// Type of the table of a sensor.
+    pub const TYPE: Type<Self> = Type::new(Shape::Table(sensor_table::TABLE), |item, _| {
+        sensor(&item.table()?)
+    });
 }
 
-fn sensor(table: &Table<'_>) -> Result<(TactileParameters, Option<f64>), Reported> {
+fn sensor(table: &Table<'_>) -> Result<TactileParameters, Reported> {
     use sensor_table::{PIEZOELECTRIC, PIEZORESISTIVE, SPREAD, TABLE};
     let keys = TABLE.of(table);
     let spread = keys.get(&SPREAD);
-    let (piezoresistive, piezoelectric) = (keys.read(&PIEZORESISTIVE), keys.read(&PIEZOELECTRIC));
-    let (piezoresistive, amplifier) = piezoresistive?;
-    let sensor = TactileParameters {
+    let (resistive, piezoelectric) = (keys.read(&PIEZORESISTIVE), keys.read(&PIEZOELECTRIC));
+    let (piezoresistive, amplifier) = resistive?;
+    Ok(TactileParameters {
         piezoresistive,
         amplifier,
         piezoelectric: piezoelectric?,
-    };
-    Ok((sensor, spread?))
+        spread: spread?,
+    })
 }
 
 fn cell(table: &Table<'_>) -> Result<(PiezoresistiveCell, ResistanceAmplifier), Reported> {

@@ -16,6 +16,8 @@ pub struct TactileParameters {
     pub amplifier: ResistanceAmplifier,
     /// Piezoelectric cell with its amplifier, for the changes of the load.
     pub piezoelectric: PiezoelectricCell,
+    /// How far the constants of cells are from these, as a share of them \[1\], if cells differ.
+    pub spread: Option<f64>,
 }
 
 /// A piezoresistive and a piezoelectric cell under the same load, with their amplifiers.
