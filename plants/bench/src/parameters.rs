@@ -187,7 +187,10 @@ table! {
     PROFILE: () = "profile",
         contextual(Shape::Either(&[
             Shape::Choice(|| vec!["harmonic", "bump"]),
-            Shape::List { of: &EACH_LIFT, least: 9, distinct: false },
+            Shape::List {
+                of: &Shape::One(Accepts::Quantity { unit: Unit::Meter, range: ranges::LIFT }),
+                least: 9, distinct: false,
+            },
         ])),
         "shape, or a table of lifts at even distances over a whole turn", "", default("'harmonic'");
     LIFT: f64 = "lift", quantity(Unit::Meter, ranges::LIFT), "greatest lift, of a named profile", "",
@@ -202,11 +205,6 @@ table! {
     SCRATCHES: Scratches = "scratches", Scratches::TYPE, "scratches at random angles", "",
         required();
 }
-
-const EACH_LIFT: Shape = Shape::One(Accepts::Quantity {
-    unit: Unit::Meter,
-    range: ranges::LIFT,
-});
 
 impl CamParameters {
     const TYPE: Type<Self> =

@@ -67,35 +67,24 @@ record! {
         /// Mass without the legs \[kg\].
         pub mass: f64 = quantity(Unit::Kilogram, ranges::MASS),
         /// Principal moments of inertia about the centre of mass, body axes x, y, z \[kg·m²\].
-        pub inertia: [f64; 3] = INERTIA,
+        pub inertia: [f64; 3] = Type::new(
+            Shape::list(&Shape::One(Accepts::Quantity {
+                unit: Unit::KilogramSquareMeter, range: ranges::INERTIA,
+            }), 3),
+            inertia,
+        ),
         /// Length, width and height, for display \[m\].
-        pub size: [f64; 3] = SIZE,
+        pub size: [f64; 3] = Type::new(
+            Shape::list(&Shape::One(Accepts::Quantity {
+                unit: Unit::Meter, range: ranges::LENGTH,
+            }), 3),
+            three,
+        ),
     } and {
         /// Payloads, of a scenario; a robot file has none.
         pub payloads: Vec<PointMass>,
     }
 }
-
-const INERTIA: Type<[f64; 3]> = Type::new(
-    Shape::list(
-        &Shape::One(Accepts::Quantity {
-            unit: Unit::KilogramSquareMeter,
-            range: ranges::INERTIA,
-        }),
-        3,
-    ),
-    inertia,
-);
-const SIZE: Type<[f64; 3]> = Type::new(
-    Shape::list(
-        &Shape::One(Accepts::Quantity {
-            unit: Unit::Meter,
-            range: ranges::LENGTH,
-        }),
-        3,
-    ),
-    three,
-);
 
 impl Trunk {
     /// Returns all payloads as one; none without mass.

@@ -31,21 +31,13 @@ table! {
         "name of the leg, of letters, digits, `_` and `-`", "", required();
     LEG: () = "leg", contextual(Shape::One(Accepts::Name)), "kind of leg: its table below `leg`",
         "", required();
-    HIP: [f64; 3] = "hip", PLACE,
+    HIP: [f64; 3] = "hip",
+        Type::new(Shape::list(&Shape::One(Accepts::Quantity {
+            unit: Unit::Meter, range: ranges::PLACE,
+        }), 3), three),
         "hip joint in the trunk frame: origin at the centre of mass, x forward, y left, z up", "",
         required();
 }
-
-const PLACE: Type<[f64; 3]> = Type::new(
-    Shape::list(
-        &Shape::One(Accepts::Quantity {
-            unit: Unit::Meter,
-            range: ranges::PLACE,
-        }),
-        3,
-    ),
-    three,
-);
 
 record! {
     /// Ground under a robot.

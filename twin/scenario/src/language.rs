@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 use twinrig_document::declaration::{self, Dialect};
-use twinrig_document::{Placed, quantity_name};
-use twinrig_kernel::{SimDuration, Unit};
+use twinrig_document::quantity_name;
+use twinrig_kernel::Unit;
 
 pub(crate) use twinrig_document::declaration::{
     Accepts, Presence, Words, choice, contextual, quantity, table,
@@ -17,14 +17,6 @@ pub(crate) type KeySpec = declaration::KeySpec<Special>;
 pub(crate) type Shape = declaration::Shape<Special>;
 pub(crate) type TableSpec = declaration::TableSpec<Special>;
 pub(crate) type Type<T> = declaration::Type<T, Special>;
-
-pub(crate) const TEXT: Type<String> = Type::TEXT;
-pub(crate) const PLACED: Type<Placed<String>> = Type::PLACED;
-pub(crate) const BOOLEAN: Type<bool> = Type::BOOLEAN;
-pub(crate) const DURATION: Type<SimDuration> = Type::DURATION;
-pub(crate) const POSITIVE_DURATION: Type<SimDuration> = Type::POSITIVE_DURATION;
-pub(crate) const NATURAL: Type<u64> = Type::NATURAL;
-pub(crate) const NAMES: Type<Vec<Placed<String>>> = Type::NAMES;
 
 /// Values that only scenarios have.
 #[derive(Clone, Copy)]

@@ -20,18 +20,6 @@ use space_table::{
     RESTARTS, SEED, SET, TABLE,
 };
 
-const CHOICE: Type<ConstraintChoice> = Type::new(
-    Shape::Either(&[
-        Shape::List {
-            of: &Shape::One(Accepts::Name),
-            least: 0,
-            distinct: true,
-        },
-        Shape::Choice(|| vec!["all"]),
-    ]),
-    |item, _| constraints(item),
-);
-
 table! {
     /// Keys of a search space.
     pub(super) space_table = TableSpec::new("top level", "search space").selected_by("method");
@@ -43,7 +31,11 @@ table! {
     MINIMIZE: Placed<String> = "minimize", Type::PLACED,
         "expectation whose measured value is to be small", r#"minimize = "roll, peak to peak""#,
         one_of();
-    CONSTRAINTS: ConstraintChoice = "constraints", CHOICE,
+    CONSTRAINTS: ConstraintChoice = "constraints",
+        Type::new(Shape::Either(&[
+            Shape::List { of: &Shape::One(Accepts::Name), least: 0, distinct: true },
+            Shape::Choice(|| vec!["all"]),
+        ]), |item, _| constraints(item)),
         "expectations that have to hold; `all` are all others",
         r#"constraints = ["goes straight"]"#, otherwise("none");
     METHOD: SearchMethod = "method", choice(), "CMA-ES, or a particle swarm", r#"method = "pso""#,
@@ -294,7 +286,7 @@ fn objective(keys: Declared<'_, '_>) -> Result<(Placed<String>, Direction), Repo
                 "leave one of them out; an expectation that only has to hold is a constraint";
             Err(keys.report(&MINIMIZE, message, help))
         }
-        (None, None) => Err(keys.table().missing(MAXIMIZE.name)),
+        (None, None) => Err(keys.missing(MAXIMIZE.name)),
     }
 }
 

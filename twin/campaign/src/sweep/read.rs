@@ -19,7 +19,6 @@ const SCENARIO_SEED: &str = "seed";
 pub(crate) const DIMENSION: &str = "dimension";
 /// End of an interval.
 pub(crate) const END: Shape = Shape::Measured(Range::ANY);
-const LISTED: Type<Vec<SweepValue>> = Type::new(Shape::set(&Shape::Any, 1), |item, _| listed(item));
 /// Settings: keys and values in TOML.
 pub(crate) const SETTINGS: Type<Vec<(String, String)>> =
     Type::new(Shape::Settings, |item, _| settings(item));
@@ -38,7 +37,9 @@ table! {
     ALSO: Vec<Placed<String>> = "also", Type::NAMES,
         "further keys, which have the same value as the key in every run",
         r#"also = ["obstacle_distance"]"#, otherwise("none");
-    VALUES: Vec<SweepValue> = "values", LISTED, "the values, in place of `from` and `to`",
+    VALUES: Vec<SweepValue> = "values",
+        Type::new(Shape::set(&Shape::Any, 1), |item, _| listed(item)),
+        "the values, in place of `from` and `to`",
         r#"values = ["trot", "walk"]"#;
     FROM: () = "from", contextual(END), "lower end", r#"from = "2.5 m""#;
     TO: () = "to", contextual(END), "upper end, above `from`", r#"to = "2.76 m""#;

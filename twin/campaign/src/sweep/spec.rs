@@ -25,10 +25,6 @@ use spec_table::{
 
 /// Designs whose points are drawn.
 const DRAWN: &[&str] = &["latin-hypercube", "random", "morris"];
-const EVEN: Type<usize> = Type::new(
-    Shape::One(Accepts::Natural(2..=POINTS_MOST as u64)),
-    read::levels,
-);
 
 table! {
     /// Keys of a specification.
@@ -43,7 +39,9 @@ table! {
     TRAJECTORIES: usize = "trajectories", count(1),
         "number of trajectories, each of a point more than there are dimensions",
         "trajectories = 20", required(), only_with(&["morris"]);
-    LEVELS: usize = "levels", EVEN, "number of values of each dimension, which is even",
+    LEVELS: usize = "levels",
+        Type::new(Shape::One(Accepts::Natural(2..=POINTS_MOST as u64)), read::levels),
+        "number of values of each dimension, which is even",
         "levels = 6", default("4"), only_with(&["morris"]);
     MEASURES: Vec<Placed<String>> = "measures", Type::NAMES,
         "names of the expectations whose measured values have effects",
@@ -247,7 +245,7 @@ fn numbers(keys: Declared<'_, '_>, kind: DesignKind) -> Result<Numbers, Reported
     let (own, foreign): (Vec<_>, Vec<_>) =
         of_designs.partition(|key| key.only_with.contains(&word));
     let foreign: Vec<_> = foreign.iter().map(|key| key.name).collect();
-    let refused = refuse(keys.table(), &foreign, |key| {
+    let refused = refuse(&keys, &foreign, |key| {
         let design = match kind {
             DesignKind::Grid => "a grid".to_owned(),
             _ => format!("the design `{word}`"),
@@ -258,7 +256,7 @@ fn numbers(keys: Declared<'_, '_>, kind: DesignKind) -> Result<Numbers, Reported
     let (points, seed, trajectories, levels) = (points?, seed?, trajectories?, levels?);
     let required = own.iter().find(|key| key.presence == Presence::Required);
     if let Some(key) = required.filter(|_| points.or(trajectories).is_none()) {
-        return Err(keys.table().missing(key.name));
+        return Err(keys.missing(key.name));
     }
     refused?;
     Ok(Numbers {
@@ -271,7 +269,6 @@ fn numbers(keys: Declared<'_, '_>, kind: DesignKind) -> Result<Numbers, Reported
 
 /// Reads the dimensions; there may be none beside assumed values.
 fn dimensions(keys: Declared<'_, '_>, kind: DesignKind) -> Result<Vec<SweepDimension>, Reported> {
-    let table = keys.table();
     let read = |item: &Item<'_>| item.each(|item| dimension(item, kind == DesignKind::Grid));
     let has_assumed = keys.has(&ASSUMED);
     let dimensions = if has_assumed {
@@ -280,14 +277,14 @@ fn dimensions(keys: Declared<'_, '_>, kind: DesignKind) -> Result<Vec<SweepDimen
         keys.read_with(&DIMENSION, read)?
     };
     if !(has_assumed && dimensions.is_empty()) {
-        check_dimensions(table, dimensions.iter().flat_map(SweepDimension::keys))?;
+        check_dimensions(&keys, dimensions.iter().flat_map(SweepDimension::keys))?;
     }
     let mut checked = Ok(());
     for one in &dimensions {
         if kind == DesignKind::Morris && !matches!(one.values, DimensionValues::Interval(_)) {
             let message = format!("the values of `{}` are no interval", one.key.value);
             let help = "elementary effects require `from` and `to`, and no whole numbers";
-            checked = Err(table.report_at(&one.key.place, message, help));
+            checked = Err(keys.report_at(&one.key.place, message, help));
         }
     }
     checked.map(|()| dimensions)

@@ -1,13 +1,23 @@
 //! Reading of declared keys.
 
+use std::ops::Deref;
+
 use super::{Dialect, Key, Plain, Presence, TableSpec};
-use crate::{Document, Item, Place, Reported, Table};
+use crate::{Document, Item, Reported, Table};
 
 /// A table that is being read by its declaration.
 #[derive(Clone, Copy)]
 pub struct Declared<'t, 'd, X: Dialect = Plain> {
     table: &'t Table<'d>,
     spec: &'static TableSpec<X>,
+}
+
+impl<'d, X: Dialect> Deref for Declared<'_, 'd, X> {
+    type Target = Table<'d>;
+
+    fn deref(&self) -> &Self::Target {
+        self.table
+    }
 }
 
 impl<X: Dialect> TableSpec<X> {
@@ -17,7 +27,7 @@ impl<X: Dialect> TableSpec<X> {
     }
 }
 
-impl<'t, 'd, X: Dialect> Declared<'t, 'd, X> {
+impl<'d, X: Dialect> Declared<'_, 'd, X> {
     /// Reads a key that is required or has a default.
     pub fn read<T>(self, key: &Key<T, X>) -> Result<T, Reported> {
         if let Some(value) = self.get(key)? {
@@ -91,30 +101,15 @@ impl<'t, 'd, X: Dialect> Declared<'t, 'd, X> {
         self.table.report(key.name, message, help)
     }
 
-    /// Stops reading because of a reported problem.
-    pub fn give_up(self) {
-        self.table.give_up();
-    }
-
     /// Marks a key as valid without reading it.
     pub fn expect<T>(self, key: &Key<T, X>) {
         self.check_declared(key.name);
         self.table.expect([key.name]);
     }
 
-    /// Returns the position of the table.
-    pub fn place(self) -> Place {
-        self.table.place()
-    }
-
     /// Returns the declaration.
     pub fn spec(self) -> &'static TableSpec<X> {
         self.spec
-    }
-
-    /// Returns the table, for keys without a declaration.
-    pub fn table(self) -> &'t Table<'d> {
-        self.table
     }
 
     fn check_declared(self, name: &str) {

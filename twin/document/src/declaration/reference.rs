@@ -92,30 +92,23 @@ impl TableReference {
     /// Returns the table of the documentation, in Markdown; without examples where there are none.
     pub fn markdown(&self) -> String {
         let has_examples = self.keys.iter().any(|key| !key.example.is_empty());
-        let (head, rule) = if has_examples {
-            (" example |", "---|")
-        } else {
-            ("", "")
-        };
-        let mut lines = vec![
-            format!("| key | value | meaning |{head}"),
-            format!("|---|---|---|{rule}"),
-        ];
-        lines.extend(self.keys.iter().map(|key| {
-            let KeyReference {
-                name,
-                value,
-                about,
-                example,
-                ..
-            } = key;
-            let about = about.trim().trim_end_matches('.');
+        let line = |cells: [&str; 3], example: String| {
             let example = if has_examples {
-                format!(" `{example}` |")
+                format!(" {example} |")
             } else {
                 String::new()
             };
-            format!("| `{name}` | {value} | {about} |{example}")
+            format!("| {} |{example}", cells.join(" | "))
+        };
+        let mut lines = vec![line(["key", "value", "meaning"], "example".to_owned())];
+        lines.push(format!(
+            "|---|---|---|{}",
+            if has_examples { "---|" } else { "" }
+        ));
+        lines.extend(self.keys.iter().map(|key| {
+            let (name, about) = (format!("`{}`", key.name), key.about.trim());
+            let cells = [name.as_str(), &key.value, about.trim_end_matches('.')];
+            line(cells, format!("`{}`", key.example))
         }));
         lines.join("\n")
     }

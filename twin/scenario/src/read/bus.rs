@@ -10,8 +10,8 @@ use super::names::{distinct_names, kind};
 use super::options::options;
 use crate::catalogue::Kind;
 use crate::language::{
-    Accepts, BOOLEAN, DURATION, Declared, Key, POSITIVE_DURATION, Part, Shape, Special, TableSpec,
-    Type, Words, choice, contextual, quantity, table,
+    Accepts, Declared, Key, Part, Shape, Special, TableSpec, Type, Words, choice, contextual,
+    quantity, table,
 };
 use crate::scenario::{BusSpec, FaultSpec};
 
@@ -57,7 +57,7 @@ table! {
     /// Keys of `[[fault]]`.
     pub(super) fault_table = TableSpec::new("[[fault]]", "fault of a wire").selected_by("kind");
     AT: () = "at", contextual(Shape::One(Accepts::Duration)), "begin", r#"at = "1 s""#, required();
-    FOR: SimDuration = "for", POSITIVE_DURATION, "length", r#"for = "90 ms""#,
+    FOR: SimDuration = "for", Type::POSITIVE_DURATION, "length", r#"for = "90 ms""#,
         otherwise("to the end");
     ON: Placed<String> = "on", Type::new(Shape::Pattern("^wire/"), |item, _| item.placed_text()),
         "the wire: `wire/NAME` of a bus, or a place on it, `wire/NAME/PLACE`",
@@ -68,11 +68,11 @@ table! {
         only_with(&["drop", "duplicate", "reorder"]);
     RATE: f64 = "rate", super::PROBABILITY, "probability of an inversion, of each bit",
         r#"kind = "flip", rate = 1e-4"#, required(), only_with(&["flip"]);
-    BY: SimDuration = "by", DURATION, "delay of each burst", r#"kind = "delay", by = "2 ms""#,
+    BY: SimDuration = "by", Type::DURATION, "delay of each burst", r#"kind = "delay", by = "2 ms""#,
         required(), only_with(&["delay"]);
-    FAILS: bool = "fails", BOOLEAN, "whether the host notices, which ends the run",
+    FAILS: bool = "fails", Type::BOOLEAN, "whether the host notices, which ends the run",
         r#"kind = "unplug", fails = true"#, default("false"), only_with(&["unplug"]);
-    PAUSE: SimDuration = "pause", DURATION, "mean pause between bursts",
+    PAUSE: SimDuration = "pause", Type::DURATION, "mean pause between bursts",
         r#"kind = "babble", pause = "5 ms""#, default("'0 s'"), only_with(&["babble"]);
 }
 

@@ -10,9 +10,7 @@ use twinrig_runtime::Change;
 use super::checks::above_nyquist;
 use super::{code, controller, print_duration};
 use crate::catalogue::{Catalogue, Kind};
-use crate::language::{
-    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TableSpec, Type, contextual, table,
-};
+use crate::language::{Accepts, Declared, Key, Shape, TableSpec, Type, contextual, table};
 use crate::scenario::{ChangeSpec, ControllerSpec};
 
 table! {
@@ -24,7 +22,7 @@ table! {
     TO: () = "to", contextual(Shape::Measured(Range::ANY)), "new value", r#"to = "3 Hz""#, one_of();
     BY: () = "by", contextual(Shape::Measured(Range::ANY)), "difference from the value before",
         r#"by = "0.1 Hz""#, one_of();
-    EVERY: SimDuration = "every", POSITIVE_DURATION, "time between repetitions",
+    EVERY: SimDuration = "every", Type::POSITIVE_DURATION, "time between repetitions",
         r#"by = "0.1 Hz", every = "10 s""#, needs("by");
     TIMES: u64 = "times", REPETITIONS, "number of changes, the first included",
         r#"by = "0.1 Hz", every = "10 s", times = 16"#, otherwise("to the end of the run"),

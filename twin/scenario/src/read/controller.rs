@@ -9,7 +9,7 @@ use super::names::kind;
 use super::options::options;
 use super::time::TIME;
 use crate::catalogue::{Kind, VariableSpec};
-use crate::language::{Key, POSITIVE_DURATION, Part, Shape, Special, TableSpec, contextual, table};
+use crate::language::{Key, Part, Shape, Special, TableSpec, Type, contextual, table};
 use crate::scenario::{ControllerSpec, IoSpec};
 
 /// Kind of a controller table without a controller.
@@ -21,7 +21,7 @@ table! {
         .selected_by("kind");
     KIND: () = "kind", contextual(Shape::Other(Special::Kind(Part::Controller))), "controller; `none` for none",
         r#"kind = "cpg""#, required();
-    PERIOD: SimDuration = "period", POSITIVE_DURATION, "control period", r#"period = "2 ms""#,
+    PERIOD: SimDuration = "period", Type::POSITIVE_DURATION, "control period", r#"period = "2 ms""#,
         required();
     COMPUTE_TIME: Timing = "compute_time", TIME, "duration of an iteration",
         r#"compute_time = "400 us""#, default("'0 s'");

@@ -4,7 +4,7 @@ use twinrig_document::{Item, Reported};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::{Coupling, GridInputs};
 
-use crate::language::{Key, POSITIVE_DURATION, Shape, TableSpec, Type, table};
+use crate::language::{Key, Shape, TableSpec, Type, table};
 
 const HELP: &str = "write \"exact\", or as in { grid = \"1 ms\" }";
 
@@ -18,7 +18,7 @@ const INPUTS: Type<GridInputs> = Type::new(
 table! {
     /// Keys of `coupling`.
     pub(super) coupling_table = TableSpec::new("coupling", "communication grid of the plant");
-    GRID: SimDuration = "grid", POSITIVE_DURATION,
+    GRID: SimDuration = "grid", Type::POSITIVE_DURATION,
         "step of the grid, which divides the observation period", r#"grid = "0.5 ms""#, required();
     INPUTS: GridInputs = "inputs", super::INPUTS, "treatment of commands and samples in a step",
         r#"grid = "0.5 ms", inputs = "held""#, default("'mean'");

@@ -7,7 +7,7 @@ use twinrig_kernel::Unit;
 
 use crate::body::BodyClaim;
 use crate::expect::{Claim, Expectation};
-use crate::language::{BOOLEAN, Declared, Key, Shape, TableSpec, Type, quantity, table};
+use crate::language::{Declared, Key, Shape, TableSpec, Type, quantity, table};
 use crate::scenario::FallSpec;
 
 /// The table, or `false` in an expectation.
@@ -24,7 +24,7 @@ table! {
         "height = 0.2", otherwise("0.3; 0.5 in an expectation");
     TILT: f64 = "tilt", quantity(Unit::Radian, Range::between(0.0, PI)), "greatest roll or pitch",
         r#"tilt = "80 deg""#, otherwise("60 deg; 45 deg in an expectation");
-    END: bool = "end", BOOLEAN, "whether a fall ends the run", "end = true", default("false");
+    END: bool = "end", Type::BOOLEAN, "whether a fall ends the run", "end = true", default("false");
 }
 
 /// Content of the table `fall`.

@@ -4,7 +4,7 @@ use serde_json::json;
 use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
-use crate::language::{Accepts, DURATION, Key, Shape, TableSpec, Type, quantity, table};
+use crate::language::{Accepts, Key, Shape, TableSpec, Type, quantity, table};
 use crate::scenario::{FootstepSpec, LoadThreshold};
 
 const FORCE: Shape = Shape::One(Accepts::Quantity {
@@ -29,7 +29,7 @@ table! {
         r#"touch_down = "0.5 N", lift_off = "0.2 N""#, default("0.05");
     LIFT_OFF: LoadThreshold = "lift_off", LOAD, "load below which it lifts off, likewise",
         "lift_off = 0.01", default("0.02");
-    SHORTEST_SWING: SimDuration = "shortest_swing", DURATION, "shorter swings are bounces",
+    SHORTEST_SWING: SimDuration = "shortest_swing", Type::DURATION, "shorter swings are bounces",
         r#"shortest_swing = "30 ms""#, default("'40 ms'");
     LEAST_IMPULSE: f64 = "least_impulse", quantity(Unit::Second, Range::NOT_NEGATIVE),
         "contacts of less impulse, in times of the body weight, are scuffs",

@@ -6,13 +6,13 @@ use twinrig_runtime::Timing;
 
 use super::controller::io_default;
 use super::time::TIME;
-use crate::language::{BOOLEAN, Key, NAMES, POSITIVE_DURATION, TableSpec, quantity, table};
+use crate::language::{Key, TableSpec, Type, quantity, table};
 use crate::scenario::{ControllerSpec, IoSpec, RecordSpec};
 
 table! {
     /// Keys of `[io]`.
     pub(super) io_table = TableSpec::new("[io]", "transfers between controller and plant");
-    STEP: SimDuration = "step", POSITIVE_DURATION,
+    STEP: SimDuration = "step", Type::POSITIVE_DURATION,
         "step of the I/O, which divides the controller's period", r#"step = "1 ms""#,
         otherwise("the controller's period");
     TRANSFER_TIME: Timing = "transfer_time", TIME, "duration of a transfer",
@@ -22,7 +22,7 @@ table! {
 table! {
     /// Keys of `[observe]`.
     pub(super) observe_table = TableSpec::new("[observe]", "observation of the plant");
-    PERIOD: SimDuration = "period", POSITIVE_DURATION, "observation period of the plant",
+    PERIOD: SimDuration = "period", Type::POSITIVE_DURATION, "observation period of the plant",
         r#"period = "1 ms""#, default("'2 ms'");
 }
 
@@ -32,13 +32,14 @@ pub(super) const OBSERVE_PERIOD: SimDuration = SimDuration::from_millis(2);
 table! {
     /// Keys of `[record]`.
     pub(super) record_table = TableSpec::new("[record]", "recording of the run");
-    SIGNALS: Vec<Placed<String>> = "signals", NAMES,
+    SIGNALS: Vec<Placed<String>> = "signals", Type::NAMES,
         "names of recorded signals; `*` and `**` are wildcards",
         r#"signals = ["body/*", "leg/**"]"#, otherwise("all");
     FRAMES: f64 = "frames", quantity(Unit::Hertz, Range::between(0.0, 1e6)),
         r#"rate at which poses are recorded; `"0 Hz"`: none"#, r#"frames = "25 Hz""#,
         default("'50 Hz'");
-    BYTES: bool = "bytes", BOOLEAN, "whether the bytes on the wires are recorded", "bytes = true",
+    BYTES: bool = "bytes", Type::BOOLEAN,
+        "whether the bytes on the wires are recorded", "bytes = true",
         default("false");
 }
 

@@ -10,7 +10,7 @@ use super::code;
 use super::names::distinct_names;
 use super::vector::PLACE;
 use crate::language::{
-    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, contextual, quantity, table,
+    Accepts, Declared, Key, Shape, TableSpec, Type, contextual, quantity, table,
 };
 use crate::loads::{PayloadSpec, SurfaceSpec};
 use crate::scenario::PlantSpec;
@@ -21,7 +21,7 @@ const MASS: Range = Range::between(0.0, 100.0);
 table! {
     /// Keys of `[[payload]]`.
     pub(super) payload_table = TableSpec::new("[[payload]]", "point mass on the trunk");
-    NAME: String = "name", TEXT, "name", r#"name = "battery""#,
+    NAME: String = "name", Type::TEXT, "name", r#"name = "battery""#,
         otherwise("payload 1, payload 2, …");
     MASS_KEY: f64 = "mass", quantity(Unit::Kilogram, MASS), "mass", r#"mass = "200 g""#, required();
     AT: [f64; 3] = "at", PLACE, "place in trunk axes, from the trunk's centre of mass",
@@ -39,7 +39,7 @@ table! {
         r#"to = "1.4 m""#, otherwise("everywhere after `from`");
     BEGIN: () = "at", contextual(Shape::One(Accepts::Duration)), "time from which it applies",
         r#"at = "3 s""#, otherwise("the start");
-    FOR: SimDuration = "for", POSITIVE_DURATION, "time for which it applies",
+    FOR: SimDuration = "for", Type::POSITIVE_DURATION, "time for which it applies",
         r#"at = "3 s", for = "2 s""#, otherwise("to the end");
 }
 

@@ -11,8 +11,8 @@ use super::names::kind;
 use super::options::options;
 use crate::catalogue::{Catalogue, Kind};
 use crate::language::{
-    Accepts, Declared, Key, NATURAL, Part, Shape, Special, TableSpec, Type, Words, choice,
-    contextual, quantity, table,
+    Accepts, Declared, Key, Part, Shape, Special, TableSpec, Type, Words, choice, contextual,
+    quantity, table,
 };
 use crate::scenario::{Base, Ground, Heights, PlantSpec, Profile, StartPose};
 
@@ -128,7 +128,7 @@ table! {
         "greatest of random heights",
         r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm""#, one_of(),
         only_with(&["heights"]);
-    SEED: u64 = "seed", NATURAL, "seed of random heights",
+    SEED: u64 = "seed", Type::NATURAL, "seed of random heights",
         r#"profile = "heights", spacing = "5 cm", amplitude = "4 mm", seed = 3"#,
         otherwise("the run's"), needs("amplitude"), only_with(&["heights"]);
 }
@@ -167,7 +167,7 @@ pub(super) fn plant(
     let (base, legs) = (table.read(&BASE), table.get(&LEGS));
     let (ground, start, step) = (table.get(&GROUND), table.get(&START), table.get(&STEP));
     let model = model.inspect_err(|_| table.give_up())?;
-    let options = options(table.table(), &model.options);
+    let options = options(&table, &model.options);
     Ok(PlantSpec {
         place: item.place(),
         model: model.name.clone(),
@@ -190,7 +190,7 @@ fn standalone(
     coupling: Coupling,
 ) -> Result<PlantSpec, Reported> {
     let step = table.get(&plant_table::STEP);
-    let options = options(table.table(), &model.options);
+    let options = options(&table, &model.options);
     Ok(PlantSpec {
         place: table.place(),
         model: model.name.clone(),

@@ -11,20 +11,19 @@ use super::vector::{PLACE, three, vector};
 use super::{code, print_duration};
 use crate::catalogue::Catalogue;
 use crate::language::{
-    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, Words, choice,
-    contextual, quantity, table,
+    Accepts, Declared, Key, Shape, TableSpec, Type, Words, choice, contextual, quantity, table,
 };
 use crate::scenario::{Base, PlantSpec, PulseShape, PushLoad, PushSite, PushSpec};
 
 table! {
     /// Keys of `[[push]]`.
     pub(super) push_table = TableSpec::new("[[push]]", "push on trunk or foot");
-    NAME: String = "name", TEXT, "name in messages", r#"name = "shove""#,
+    NAME: String = "name", Type::TEXT, "name in messages", r#"name = "shove""#,
         otherwise("`push 1`, `push 2`, …");
     ON: PushSite = "on", Type::new(Shape::Pattern("^(body|leg/[^/]+/foot)$"), |item, _| site(item)),
         "pushed part: `body`, the trunk, or `leg/NAME/foot`", r#"on = "body""#, required();
     AT: () = "at", contextual(Shape::One(Accepts::Duration)), "begin", r#"at = "3 s""#, required();
-    FOR: SimDuration = "for", POSITIVE_DURATION, "length", r#"for = "100 ms""#, required();
+    FOR: SimDuration = "for", Type::POSITIVE_DURATION, "length", r#"for = "100 ms""#, required();
     FORCE: f64 = "force", quantity(Unit::Newton, Range::positive_to(1e6)), "greatest force",
         r#"force = "20 N""#, one_of();
     TORQUE: f64 = "torque", quantity(Unit::NewtonMeter, Range::positive_to(1e6)),

@@ -15,10 +15,7 @@ use super::{
 use crate::actuator::ActuatorSpec;
 use crate::catalogue::Catalogue;
 use crate::expect::Expectation;
-use crate::language::{
-    Declared, Key, NATURAL, PLACED, POSITIVE_DURATION, Shape, TEXT, TableSpec, Type, contextual,
-    table,
-};
+use crate::language::{Declared, Key, Shape, TableSpec, Type, contextual, table};
 use crate::scenario::{
     ControllerSpec, EnsembleSpec, FootstepSpec, ObserveSpec, PlantSpec, RecordSpec, Scenario,
     Setting,
@@ -27,20 +24,21 @@ use crate::scenario::{
 table! {
     /// Keys of the root table.
     pub(crate) root_table = TableSpec::new("top level", "run, its parts and its expectations");
-    NAME: String = "name", TEXT, "name in verdict and recording", r#"name = "trot""#,
+    NAME: String = "name", Type::TEXT, "name in verdict and recording", r#"name = "trot""#,
         otherwise("the file's name");
-    ROBOT: Placed<String> = "robot", PLACED, "name of a robot or path of its file",
+    ROBOT: Placed<String> = "robot", Type::PLACED, "name of a robot or path of its file",
         r#"robot = "cheetah-cub""#, otherwise("none, with a standalone plant only");
-    DURATION: SimDuration = "duration", POSITIVE_DURATION, "simulated time", r#"duration = "20 s""#,
+    DURATION: SimDuration = "duration", Type::POSITIVE_DURATION,
+        "simulated time", r#"duration = "20 s""#,
         required();
-    UNTIL: SimDuration = "until", POSITIVE_DURATION,
+    UNTIL: SimDuration = "until", Type::POSITIVE_DURATION,
         "earlier end of the run; what begins or is judged later is left out",
         r#"until = "1 s""#, otherwise("the end of `duration`");
-    SEED: u64 = "seed", NATURAL, "seed of all random streams", "seed = 2", default("1");
+    SEED: u64 = "seed", Type::NATURAL, "seed of all random streams", "seed = 2", default("1");
     ENSEMBLE: EnsembleSpec = "ensemble", ensemble::ENSEMBLE,
         "number of runs from perturbed starts, in whose share the expectations hold",
         "ensemble = 32", otherwise("one run");
-    HORIZON: SimDuration = "horizon", POSITIVE_DURATION,
+    HORIZON: SimDuration = "horizon", Type::POSITIVE_DURATION,
         "time up to which the trajectory is predictable, as `twin study robustness` measures it",
         r#"horizon = "7.5 s""#, otherwise("not known");
     OVERRIDE: Overrides = "override", Type::new(Shape::Settings, |item, _| item.overrides()),

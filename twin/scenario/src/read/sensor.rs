@@ -7,9 +7,7 @@ use twinrig_runtime::{SensorModel, Timing};
 
 use super::time::TIME;
 use super::{code, print_duration};
-use crate::language::{
-    Declared, Key, PLACED, POSITIVE_DURATION, Shape, TEXT, TableSpec, contextual, quantity, table,
-};
+use crate::language::{Declared, Key, Shape, TableSpec, Type, contextual, quantity, table};
 use crate::scenario::SensorSpec;
 
 /// Values in the unit of the signal, which is not known yet.
@@ -20,11 +18,12 @@ table! {
     /// Keys of `[[sensor]]`.
     pub(super) sensor_table = TableSpec::new("[[sensor]]", "sensor of inputs of the controller")
         .refined(|schema| schema["properties"][RANGE.name]["maxItems"] = json!(2));
-    NAME: String = "name", TEXT, "name, which selects its random numbers",
+    NAME: String = "name", Type::TEXT, "name, which selects its random numbers",
         r#"name = "load cells""#, otherwise("that of each signal");
-    OF: Placed<String> = "of", PLACED, "signal that the controller reads, or pattern of signals",
+    OF: Placed<String> = "of", Type::PLACED,
+        "signal that the controller reads, or pattern of signals",
         r#"of = "leg/*/foot/load""#, required();
-    PERIOD: SimDuration = "period", POSITIVE_DURATION, "period of the samples",
+    PERIOD: SimDuration = "period", Type::POSITIVE_DURATION, "period of the samples",
         r#"period = "5 ms""#, otherwise("a sample at each transfer");
     DELAY: Timing = "delay", TIME, "time from a sample to its arrival", r#"delay = "3 ms""#,
         default("'0 s'");

@@ -4,7 +4,7 @@ use twinrig_document::{Item, Reported};
 use twinrig_kernel::SimDuration;
 use twinrig_runtime::Timing;
 
-use crate::language::{Accepts, DURATION, Key, Shape, TableSpec, Type, table};
+use crate::language::{Accepts, Key, Shape, TableSpec, Type, table};
 
 /// A time model: a duration, a distribution, or a trace.
 pub(crate) const TIME: Type<Timing> = Type::new(
@@ -30,13 +30,14 @@ table! {
                 { "required": [MIN.name, MAX.name], "properties": { TRACE.name: false } },
             ]);
         });
-    MIN: SimDuration = "min", DURATION, "least duration, uniform without `mean`",
+    MIN: SimDuration = "min", Type::DURATION, "least duration, uniform without `mean`",
         r#"min = "200 us", max = "900 us""#;
-    MAX: SimDuration = "max", DURATION, "greatest duration", r#"min = "200 us", max = "900 us""#;
-    MEAN: SimDuration = "mean", DURATION,
+    MAX: SimDuration = "max", Type::DURATION,
+        "greatest duration", r#"min = "200 us", max = "900 us""#;
+    MEAN: SimDuration = "mean", Type::DURATION,
         "mean of a normal distribution, truncated to `min` and `max`",
         r#"mean = "0.3 ms", deviation = "50 us", min = "0 ms", max = "1 ms""#, needs("deviation");
-    DEVIATION: SimDuration = "deviation", DURATION, "its standard deviation",
+    DEVIATION: SimDuration = "deviation", Type::DURATION, "its standard deviation",
         r#"mean = "1 ms", deviation = "0.1 ms", min = "0 ms", max = "2 ms""#, needs("mean");
     TRACE: Vec<SimDuration> = "trace", super::TRACE, "durations, used in turn",
         r#"trace = ["0.3 ms", "0.4 ms"]"#;

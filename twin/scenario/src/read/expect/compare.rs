@@ -8,7 +8,7 @@ use super::one_of::one_of;
 use super::signal::LIMITS;
 use crate::compare::{CompareClaim, CompareMeasure, Operand};
 use crate::domain::Domain;
-use crate::language::{Declared, Key, PLACED, POSITIVE_DURATION, TableSpec, contextual, table};
+use crate::language::{Declared, Key, TableSpec, Type, contextual, table};
 use crate::limits::Limits;
 use crate::read::limits::{limits, read, unit_of};
 
@@ -21,17 +21,17 @@ table! {
     /// Keys of `compare`.
     pub(super) compare_table =
         TableSpec::new("compare", "claim about a signal compared with another");
-    SIGNAL: Placed<String> = "signal", PLACED, "name of the signal",
+    SIGNAL: Placed<String> = "signal", Type::PLACED, "name of the signal",
         r#"signal = "leg/LF/hip/position""#, required(), qualifier();
     COMPONENT: usize = "component", ELEMENT, "element of the signal, counted from 0",
         r#"signal = "body/rpy", component = 1, with = "body/rpy", with_component = 0, error = { max = "3 deg" }"#,
         otherwise("its only one"), qualifier();
-    WITH: Placed<String> = "with", PLACED, "name of the signal that it is compared with",
+    WITH: Placed<String> = "with", Type::PLACED, "name of the signal that it is compared with",
         r#"with = "leg/LF/hip/command""#, required(), qualifier();
     WITH_COMPONENT: usize = "with_component", ELEMENT, "element of that signal",
         r#"signal = "body/rpy", component = "x", with = "body/rpy", with_component = "y", gain = { max = 1 }"#,
         otherwise("its only one"), qualifier();
-    DELAY_RANGE: SimDuration = "delay_range", POSITIVE_DURATION, "greatest delay, either way",
+    DELAY_RANGE: SimDuration = "delay_range", Type::POSITIVE_DURATION, "greatest delay, either way",
         r#"delay = { max = "20 ms" }, delay_range = "50 ms""#, default(r#""100 ms""#),
         needs("delay"), qualifier();
     ERROR: () = "error", contextual(LIMITS), "root mean square of the difference",

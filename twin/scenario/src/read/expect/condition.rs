@@ -3,7 +3,7 @@
 use twinrig_document::{Item, Placed, Reported};
 
 use super::element::ELEMENT;
-use crate::language::{BOOLEAN, Key, PLACED, Shape, TableSpec, Type, table};
+use crate::language::{Key, Shape, TableSpec, Type, table};
 use crate::read::limits::{either_centre_or_ends, limits_table, read_keys, unit_of};
 use crate::sequence::Condition;
 
@@ -12,11 +12,11 @@ table! {
     pub(super) condition_table = TableSpec::new("condition", "limits of an element of a signal")
         .with(limits_table::TABLE.keys)
         .refined(either_centre_or_ends);
-    NAME: Placed<String> = "name", PLACED, "name", r#"name = "energy/kinetic", max = "1 mJ""#,
+    NAME: Placed<String> = "name", Type::PLACED, "name", r#"name = "energy/kinetic", max = "1 mJ""#,
         required();
     COMPONENT: usize = "component", ELEMENT, "element of the signal, counted from 0",
         r#"name = "body/rpy", component = 2, max = "3 deg""#, default("0");
-    ABSOLUTE: bool = "absolute", BOOLEAN, "whether the magnitude is compared",
+    ABSOLUTE: bool = "absolute", Type::BOOLEAN, "whether the magnitude is compared",
         r#"name = "body/rpy", absolute = true, max = "3 deg""#, default("false");
 }
 

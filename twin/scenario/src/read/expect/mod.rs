@@ -22,9 +22,7 @@ use twinrig_kernel::{SimTime, Unit};
 use super::limits::limits;
 use crate::domain::Domain;
 use crate::expect::{Claim, Expectation};
-use crate::language::{
-    Accepts, BOOLEAN, Key, Shape, Special, TEXT, TableSpec, Type, contextual, table,
-};
+use crate::language::{Accepts, Key, Shape, Special, TableSpec, Type, contextual, table};
 use crate::limits::Limits;
 use context::instant;
 use one_of::one_of;
@@ -34,16 +32,16 @@ pub(super) use context::Context;
 table! {
     /// Keys of `[[expect]]`.
     pub(super) expect_table = TableSpec::new("[[expect]]", "one expectation of the run");
-    NAME: String = "name", TEXT, "name in the verdict",
+    NAME: String = "name", Type::TEXT, "name in the verdict",
         r#"name = "walks", body = { fall = false }"#, otherwise("subject and measure");
     AFTER: () = "after", contextual(Shape::One(Accepts::Duration)), "start of the window",
         r#"after = "2 s", body = { fall = false }"#,
         otherwise("the start; with `displacement` the first change");
     BEFORE: () = "before", contextual(Shape::One(Accepts::Duration)), "end of the window",
         r#"before = "8 s", body = { fall = false }"#, otherwise("the end of the run");
-    OPTIONAL: bool = "optional", BOOLEAN, "whether it passes if it is unobserved",
+    OPTIONAL: bool = "optional", Type::BOOLEAN, "whether it passes if it is unobserved",
         "optional = true, body = { fall = false }", default("false");
-    THROUGH_SILENCE: bool = "through_silence", BOOLEAN,
+    THROUGH_SILENCE: bool = "through_silence", Type::BOOLEAN,
         "whether it is judged although a bus that it reads is dead for a time",
         "through_silence = true, signal = { name = \"sbcp/errors\", eventually = { min = 9 } }",
         default("false");

@@ -14,8 +14,8 @@ pub(super) fn one_of(
     let keys = table.spec().all_keys().into_iter();
     let keys = keys.filter(|key| key.presence == Presence::OneOf);
     let keys: Vec<&'static str> = keys.map(|key| key.name).collect();
-    table.table().expect(keys.iter().copied());
-    let is_present = |key: &&&'static str| table.table().keys().any(|known| known == **key);
+    (*table).expect(keys.iter().copied());
+    let is_present = |key: &&&'static str| table.keys().any(|known| known == **key);
     let present: Vec<_> = keys.iter().filter(is_present).collect();
     match present[..] {
         [key] => {
@@ -23,15 +23,13 @@ pub(super) fn one_of(
             Ok(key)
         }
         [] => {
-            table.table().give_up();
+            table.give_up();
             Err(item.report(missing, format!("give one of {}", keys.join(", "))))
         }
         [first, second, ..] => {
-            table.table().give_up();
+            table.give_up();
             let message = format!("`{first}` and `{second}` are two expectations");
-            Err(table
-                .table()
-                .report(second, message, "write a second [[expect]]"))
+            Err((*table).report(second, message, "write a second [[expect]]"))
         }
     }
 }
@@ -42,12 +40,12 @@ fn check_needs(table: Declared<'_, '_>, key: &str, exclusive: &[&str]) -> Result
         let Some(needs) = other.needs.filter(|needs| exclusive.contains(needs)) else {
             continue;
         };
-        let is_present = table.table().keys().any(|known| known == other.name);
+        let is_present = table.keys().any(|known| known == other.name);
         if is_present && needs != key {
-            table.table().give_up();
+            table.give_up();
             let message = format!("`{}` has no meaning with `{key}`", other.name);
             let help = format!("`{}` requires `{needs}`", other.name);
-            return Err(table.table().report(other.name, message, help));
+            return Err((*table).report(other.name, message, help));
         }
     }
     Ok(())

@@ -8,7 +8,7 @@ use super::context::{Context, instant};
 use crate::body::BodyClaim;
 use crate::expect::{Claim, Expectation, SignalClaim, SignalMode};
 use crate::language::{
-    Accepts, Declared, Key, POSITIVE_DURATION, Shape, TableSpec, contextual, quantity, table,
+    Accepts, Declared, Key, Shape, TableSpec, Type, contextual, quantity, table,
 };
 use crate::read::print_duration;
 use crate::recovery::{Recovery, TrunkQuantity};
@@ -19,7 +19,7 @@ table! {
         TableSpec::new("recovers", "recovery of the trunk from a disturbance").refined(a_quantity);
     AFTER: () = "after", contextual(TIME_OR_NAME), "name of a push, or time of another disturbance",
         r#"after = "3 s", roll = "2 deg""#, required();
-    WITHIN: SimDuration = "within", POSITIVE_DURATION, "greatest time of the recovery",
+    WITHIN: SimDuration = "within", Type::POSITIVE_DURATION, "greatest time of the recovery",
         r#"within = "2 s", roll = "2 deg""#, required();
     ROLL: f64 = "roll", quantity(Unit::Radian, Range::NOT_NEGATIVE), "tolerance of the roll",
         r#"roll = "2 deg""#;
@@ -39,7 +39,7 @@ table! {
         TableSpec::new("signal.recovers", "recovery of signals from a disturbance");
     TIME: () = "after", contextual(TIME_OR_NAME), "name of a push, or time of another disturbance",
         r#"after = "3 s""#, required();
-    LIMIT: SimDuration = "within", POSITIVE_DURATION, "greatest time of the recovery",
+    LIMIT: SimDuration = "within", Type::POSITIVE_DURATION, "greatest time of the recovery",
         r#"within = "2 s""#, required();
     TOLERANCE: () = "tolerance", contextual(Shape::Measured(Range::NOT_NEGATIVE)),
         "distance from the range before, in the unit of the signal", r#"tolerance = "2 deg""#,

@@ -4,7 +4,7 @@ use twinrig_document::{Item, Reported};
 use twinrig_kernel::SimDuration;
 
 use super::condition::CONDITION;
-use crate::language::{Key, POSITIVE_DURATION, TableSpec, table};
+use crate::language::{Key, TableSpec, Type, table};
 use crate::sequence::{Condition, Relation, SequenceClaim};
 
 table! {
@@ -15,7 +15,7 @@ table! {
         qualifier();
     THEN: Condition = "then", CONDITION, "condition that holds at the same time or later",
         r#"then = { name = "body/rpy", component = "x", max = "3 deg" }"#, required(), qualifier();
-    WITHIN: SimDuration = "within", POSITIVE_DURATION, "greatest time from one to the other",
+    WITHIN: SimDuration = "within", Type::POSITIVE_DURATION, "greatest time from one to the other",
         r#"within = "200 ms""#, required(), qualifier();
 }
 
@@ -27,7 +27,7 @@ table! {
         r#"whenever = { name = "leg/LF/hip/rate", min = "5 rad/s" }"#, required(), qualifier();
     BEFORE: Condition = "before", CONDITION, "condition that holds at the same time or earlier",
         r#"before = { name = "leg/LF/hip/command", min = "5 deg" }"#, required(), qualifier();
-    WITHIN: SimDuration = "within", POSITIVE_DURATION, "greatest time from one to the other",
+    WITHIN: SimDuration = "within", Type::POSITIVE_DURATION, "greatest time from one to the other",
         r#"within = "200 ms""#, otherwise("since the start of the window"), qualifier();
 }
 

@@ -11,20 +11,20 @@ use super::recovery::{self, signal_recovers_table};
 use super::settles::{settles, settles_table};
 use crate::domain::Domain;
 use crate::expect::{SignalClaim, SignalMode};
-use crate::language::{Key, PLACED, POSITIVE_DURATION, Shape, TableSpec, contextual, table};
+use crate::language::{Key, Shape, TableSpec, Type, contextual, table};
 use crate::read::limits::{limits_table, read, unit_of};
 use crate::sequence::Condition;
 
 table! {
     /// Keys of `signal`.
     pub(super) signal_table = TableSpec::new("signal", "claim about signals");
-    NAME: Placed<String> = "name", PLACED,
+    NAME: Placed<String> = "name", Type::PLACED,
         "name, or pattern of names with the wildcards `*` and `**`", r#"name = "leg/*/hip/rate""#,
         required(), qualifier();
     COMPONENT: usize = "component", ELEMENT, "element of the signal, counted from 0",
         r#"name = "body/position", component = "z", always = { min = "5 cm" }"#, otherwise("all"),
         qualifier();
-    WITHIN: SimDuration = "within", POSITIVE_DURATION, "time from the start of the window",
+    WITHIN: SimDuration = "within", Type::POSITIVE_DURATION, "time from the start of the window",
         r#"name = "leg/LF/hip/rate", eventually = { max = "-12 rad/s" }, within = "1 s""#,
         otherwise("the window"), needs("eventually");
     UNTIL: Condition = "until", CONDITION,

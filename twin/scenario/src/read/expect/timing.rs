@@ -6,7 +6,7 @@ use twinrig_kernel::Unit;
 use super::one_of::one_of;
 use crate::domain::Domain;
 use crate::expect::{Claim, CostMeasure, TimingClaim, TimingMeasure};
-use crate::language::{Key, PLACED, TableSpec, Type, table};
+use crate::language::{Key, TableSpec, Type, table};
 use crate::limits::Limits;
 use crate::read::limits::limits_of;
 
@@ -25,7 +25,7 @@ table! {
     /// Keys of `timing`.
     pub(super) timing_table =
         TableSpec::new("timing", "claim about the cycle of the controller or of a bus");
-    OF: Placed<String> = "of", PLACED,
+    OF: Placed<String> = "of", Type::PLACED,
         "`control`, or the name of a bus, whose transfers are its cycle", r#"of = "control""#,
         required(), qualifier();
     DEADLINE_MISSES: (TimingMeasure, Limits) = "deadline_misses", cycle!(DeadlineMisses),
