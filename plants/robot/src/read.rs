@@ -54,23 +54,25 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
     let (name, trunk) = (keys.read(&NAME), keys.read(&TRUNK));
     let mut names = Vec::new();
     let kinds = keys.read_with(&LEG, |item| {
-        let kinds = item.table()?;
-        names = kinds.keys().map(str::to_owned).collect();
-        leg_kinds(&kinds)
+        names.extend(item.keys().into_iter().flatten().map(str::to_owned));
+        item.by_name(|item| Leg::read_from(&item.table()?))
     });
     let mounts = keys.read_with(&MOUNT, |item| mounts(item, &names));
     let (actuators, motors) = (keys.read(&ACTUATOR), keys.get(&MOTOR));
     let ground = keys.read(&GROUND);
     let (kinds, mounts) = (kinds?, mounts?);
     for (kind, _) in &kinds {
-        if !mounts.iter().any(|mount| mount.kind == *kind) {
-            let message = format!("leg `{kind}` is not mounted");
-            let help = format!("give a [[mount]] leg = \"{kind}\", or remove the table");
+        if !mounts.iter().any(|mount| mount.kind == kind.value) {
+            let message = format!("leg `{}` is not mounted", kind.value);
+            let help = format!(
+                "give a [[mount]] leg = \"{}\", or remove the table",
+                kind.value
+            );
             keys.report(&LEG, message, help);
         }
     }
     let legs = mounts.into_iter().filter_map(|mount| {
-        let (_, leg) = kinds.iter().find(|(kind, _)| *kind == mount.kind)?;
+        let (_, leg) = kinds.iter().find(|(kind, _)| kind.value == mount.kind)?;
         Some(LegMount {
             name: mount.name,
             hip: mount.hip,
@@ -86,17 +88,6 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
         motors: motors?,
         friction: ground?.friction,
     })
-}
-
-fn leg_kinds(table: &Table<'_>) -> Result<Vec<(String, Leg)>, Reported> {
-    let kinds: Vec<_> = table
-        .keys()
-        .map(|kind| {
-            let leg = table.required(kind, |item| Leg::read_from(&item.table()?))?;
-            Ok((kind.to_owned(), leg))
-        })
-        .collect();
-    kinds.into_iter().collect()
 }
 
 /// Axes of the trunk.

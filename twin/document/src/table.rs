@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 
-use crate::error::Problem;
+use crate::error::{Placed, Problem};
 use crate::item::Item;
 use crate::near;
 use crate::node::{Node, Value};
@@ -36,6 +36,25 @@ impl<'d> Item<'d> {
                 format!("write it as in {} = {{ … }}", self.key()),
             )),
         }
+    }
+
+    /// Reads a table whose keys are names chosen by the user, value by value with `read`; every
+    /// value is read, even after a problem.
+    ///
+    /// # Errors
+    /// The value is not a table, or `read` reported a problem.
+    pub fn by_name<T>(
+        &self,
+        read: impl Fn(&Item<'d>) -> Result<T, Reported>,
+    ) -> Result<Vec<(Placed<String>, T)>, Reported> {
+        let table = self.table()?;
+        let read = table.keys().map(|key| {
+            let value = table.required(key, &read)?;
+            let (name, place) = (key.to_owned(), table.key_place(key));
+            Ok((Placed { value: name, place }, value))
+        });
+        let read: Vec<_> = read.collect();
+        read.into_iter().collect()
     }
 }
 

@@ -38,30 +38,12 @@ fn value(item: &Item<'_>, accepts: &Accepts) -> Result<OptionValue, Reported> {
         }
         Accepts::Time => OptionValue::Time(time_model(item)?),
         Accepts::Group(specs) => OptionValue::Group(options(&item.table()?, specs)?),
-        Accepts::Table(accepts) => OptionValue::Named(named(item, accepts)?),
-        Accepts::Each(accepts) if item.is_table() => OptionValue::Named(named(item, accepts)?),
+        Accepts::Table(accepts) => OptionValue::Named(item.by_name(|item| value(item, accepts))?),
+        Accepts::Each(accepts) if item.is_table() => {
+            OptionValue::Named(item.by_name(|item| value(item, accepts))?)
+        }
         Accepts::Each(accepts) => OptionValue::All(Box::new(value(item, accepts)?)),
     })
-}
-
-fn named(
-    item: &Item<'_>,
-    accepts: &Accepts,
-) -> Result<Vec<(Placed<String>, OptionValue)>, Reported> {
-    let table = item.table()?;
-    let named: Vec<_> = table
-        .keys()
-        .map(|name| {
-            let place = table.key_place(name);
-            let value = table.required(name, |item| value(item, accepts))?;
-            let name = Placed {
-                value: name.to_owned(),
-                place,
-            };
-            Ok((name, value))
-        })
-        .collect();
-    named.into_iter().collect()
 }
 
 fn scalar(item: &Item<'_>) -> Result<OptionValue, Reported> {

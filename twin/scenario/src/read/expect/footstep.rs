@@ -245,19 +245,8 @@ fn pattern(item: &Item<'_>) -> Result<Pattern, Reported> {
     if !item.is_table() {
         return item.choice(Pattern::WORDS);
     }
-    let table = item.table()?;
-    let legs: Vec<_> = table
-        .keys()
-        .map(|leg| {
-            let share = table.required(leg, |item| item.number(&Range::between(0.0, 1.0)))?;
-            let name = Placed {
-                value: leg.to_owned(),
-                place: table.key_place(leg),
-            };
-            Ok((name, share))
-        })
-        .collect();
-    Ok(Pattern::Given(legs.into_iter().collect::<Result<_, _>>()?))
+    let share = |item: &Item<'_>| item.number(&Range::between(0.0, 1.0));
+    Ok(Pattern::Given(item.by_name(share)?))
 }
 
 fn order(item: &Item<'_>) -> Result<Vec<Vec<Placed<String>>>, Reported> {
