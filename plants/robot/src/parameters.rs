@@ -4,6 +4,7 @@ use twinrig_document::declaration::{Accepts, Optional, Shape, Type, quantity, re
 use twinrig_document::{Item, Reported, Table};
 use twinrig_kernel::Unit;
 
+use crate::leg::third_side;
 use crate::payload::{Payload, PointMass};
 use crate::ranges;
 
@@ -327,7 +328,7 @@ fn check_geometry(table: &Table<'_>, leg: &Leg) -> Result<(), Reported> {
         }
     }
     result?;
-    let diagonal_max = diagonal_length(leg);
+    let diagonal_max = third_side(leg.l2, leg.l_delta, leg.q2_ref);
     let diagonal_flat = leg.l2 - leg.l_delta;
     if leg.diagonal_min <= diagonal_flat || leg.diagonal_min >= diagonal_max {
         let message = format!(
@@ -378,13 +379,6 @@ fn report_preload(table: &Table<'_>, spring: &str, message: &str, help: String) 
     let preload = table.get(spring).and_then(|spring| spring.peek("preload"));
     let place = preload.map_or_else(|| table.key_place(spring), |preload| preload.place());
     table.report_at(&place, message, help)
-}
-
-/// Length of the diagonal in the extended leg (thesis, appendix A:
-/// `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
-fn diagonal_length(leg: &Leg) -> f64 {
-    let (l2, l_delta) = (leg.l2, leg.l_delta);
-    (l2 * l2 + l_delta * l_delta + 2.0 * l2 * l_delta * libm::cos(leg.q2_ref)).sqrt()
 }
 
 /// Validates that the foot is a part of the leg.

@@ -26,7 +26,7 @@ pub struct StudyBuilder<'r> {
     offers: Vec<PlantOffer>,
     /// Plants whose model an offer solves, for its reference.
     reference_plants: Vec<PlantOffer>,
-    /// Plants of the offers, then of the reference_plants.
+    /// Plants of the offers, then those that serve as references only.
     benches: Vec<PlantUnderStudy<'r>>,
     /// Unselected plants that cannot simulate the scenario, with the reason.
     left_out: Vec<String>,
