@@ -23,7 +23,8 @@ record! {
     /// a = −k (1 − ω² T₁T₂)/D        b = k (T₁ + T₂)/D        D = (1 − ω² T₁T₂)² + ω² (T₁ + T₂)²
     /// ```
     ///
-    /// which fall with the frequency nearly exponentially, as measured in the thesis (section 4.3.2.2).
+    /// which fall with the frequency nearly exponentially, as measured in the thesis
+    /// (section 4.3.2.2).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct PiezoelectricCell = "piezoelectric", checked by check_times {
         /// Sensitivity k to the rate of the load \[V·s/N\]; its sign depends on the polarity of

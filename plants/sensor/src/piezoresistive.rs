@@ -34,8 +34,8 @@ pub enum Characteristic {
 }
 
 record! {
-    /// Characteristic that is linear up to a saturation (thesis, eq. 4.4): `base + sensitivity · F`,
-    /// at least 0 and at most its value at the saturation load.
+    /// Characteristic that is linear up to a saturation (thesis, eq. 4.4):
+    /// `base + sensitivity · F`, at least 0 and at most its value at the saturation load.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Saturating = "saturating" {
         /// Sensitivity a₁ \[S/N\].
