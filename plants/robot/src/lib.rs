@@ -28,6 +28,7 @@ mod parameters;
 mod payload;
 mod ranges;
 mod read;
+mod triangle;
 
 pub use error::RobotError;
 pub use file::RobotFile;

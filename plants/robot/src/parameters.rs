@@ -4,9 +4,9 @@ use twinrig_document::declaration::{Accepts, Optional, Shape, Type, quantity, re
 use twinrig_document::{Item, Reported, Table};
 use twinrig_kernel::Unit;
 
-use crate::leg::third_side;
 use crate::payload::{Payload, PointMass};
 use crate::ranges;
+use crate::triangle::third_side;
 
 /// Gravitational acceleration of all plants, and in quantities relative to a weight \[m/s²\].
 pub const GRAVITY: f64 = 9.81;

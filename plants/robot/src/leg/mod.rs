@@ -42,7 +42,6 @@ pub use axial::LoadedLength;
 pub use equilibrium::{Equilibrium, Stop};
 pub use error::LegError;
 pub use joints::{Jet, Joints, OpeningStop};
-pub(crate) use pantograph::third_side;
 pub use pantograph::{LegCommand, Pantograph, Planar};
 pub use pose::{Gradient, Length, Pose, Velocity};
 pub use table::{EnergyTable, TableError};

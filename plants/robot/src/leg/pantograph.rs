@@ -4,6 +4,7 @@ use crate::Leg;
 use libm::{acos, atan2, cos, sin, sqrt};
 
 use crate::leg::LegError;
+use crate::triangle::third_side;
 
 /// A planar vector in the leg plane: x forward, z up \[m\].
 pub type Planar = nalgebra::Vector2<f64>;
@@ -21,12 +22,6 @@ pub(crate) fn cross(a: Planar, b: Planar) -> f64 {
 /// Returns the unit vector of a link angle: zero points straight down, positive swings forward.
 pub(crate) fn along(angle: f64) -> Planar {
     Planar::new(sin(angle), -cos(angle))
-}
-
-/// Returns the third side of a triangle whose two others turn by an angle where they meet (thesis,
-/// appendix A: `l_d² = l2² + lΔ² + 2 l2 lΔ cos q2`) \[m\].
-pub(crate) fn third_side(p: f64, q: f64, angle: f64) -> f64 {
-    sqrt(p * p + q * q + 2.0 * p * q * cos(angle))
 }
 
 /// Tolerance of lengths for rounding errors \[m\].

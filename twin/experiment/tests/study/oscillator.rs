@@ -301,7 +301,7 @@ impl Oscillators {
         self
     }
 
-    /// Moves the full model from the compared plants to the reference_plants.
+    /// Moves the full model from the compared plants to those that serve as references only.
     pub fn with_full_aside(mut self) -> Self {
         self.reference_plants.push(self.plants.remove(0));
         self
