@@ -74,7 +74,9 @@ fn parts_left_out_for_one_reason_share_a_line() {
         "controller =",
         "record = { signals = [\"body/position\"], frames = \"0 Hz\" }\ncontroller =",
     );
-    let scenario = folder.file("lean.toml", &scenario);
+    let fails = "[[expect]]\nname = 'rises'\nsignal = { name = 'body/position', component = 'z', \
+                 always = { min = '9 m' } }\n";
+    let scenario = folder.file("lean.toml", &(scenario + fails));
     let done = twin(&["plan", &scenario, "--json"]);
     let plan = &json(&done.out)[0];
     let parts = plan["left_out"].as_array().unwrap().iter();
@@ -85,7 +87,7 @@ fn parts_left_out_for_one_reason_share_a_line() {
     let text = twin(&["plan", &scenario]).out;
     assert_eq!(text.matches("recording of ").count(), 2, "{text}");
     assert!(text.contains(&line), "{line} is not in {text}");
-    // Lines of facts are wrapped.
+    // Those of a run that fails are wrapped.
     let text = twin(&["run", &scenario, "--no-record"]).out;
     let words: Vec<&str> = text.split_whitespace().collect();
     assert!(words.join(" ").contains(&line), "{line} is not in {text}");
