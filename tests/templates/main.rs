@@ -1,6 +1,8 @@
 //! The driver that `twin new driver` makes, at ports and in the tutorials. `ci/templates` runs the
 //! tests of all crates that it makes.
 
+#[path = "../../twin/cli/templates/driver/src/bus.rs"]
+mod bus;
 mod checked;
 #[path = "../../twin/cli/templates/driver/src/device.rs"]
 mod device;
@@ -16,56 +18,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use twinrig::bus::{
-    AnalogSource, BuildError, BusContext, BusKind, Device, DeviceError, FramedDriver, FramedNode,
-    Pty, SimDuration, Wire,
-};
-use twinrig::{Assembly, Execution, Registry, Report, execute};
+use twinrig::bus::{Device, DeviceError, Pty};
+use twinrig::{Assembly, Execution, Report, execute};
 use twinrig_testing::folder::Folder;
 
-use device::EmulatedRangeFinder;
-use driver::RangeFinder;
-
-/// Name of the bus in scenarios.
-const NAME: &str = "rangefinder";
-const BAUD: u32 = 115_200;
-/// Start bit, eight data bits, stop bit.
-const BYTE_TIME: SimDuration = SimDuration::from_nanos(10_000_000_000 / BAUD as u64);
-/// Signal of the plant that the device measures.
-const HEIGHT: &str = "body/position";
-
-/// All parts of `twin`, and this bus kind: description, driver, and wire with the emulated device.
-fn registry() -> Registry {
-    let about = "a serial device that measures the height of the trunk";
-    let kind = BusKind::new(NAME, about, driver, wire)
-        .at_baud(BAUD)
-        .with_faults()
-        .with_usb()
-        .measuring(|_| vec![HEIGHT.to_owned()]);
-    Registry::standard().with_bus(kind)
-}
-
-#[expect(clippy::unnecessary_wraps, reason = "drivers of other kinds may fail")]
-fn driver(context: &BusContext<'_>) -> Result<FramedDriver<RangeFinder>, BuildError> {
-    Ok(FramedDriver::new(RangeFinder::new(context.name)))
-}
-
-fn wire(context: &BusContext<'_>) -> Result<Box<dyn Wire>, BuildError> {
-    let height = AnalogSource {
-        signal: HEIGHT.to_owned(),
-        component: 2,
-        scale: 1.0,
-        offset: 0.0,
-    };
-    let device = EmulatedRangeFinder::new(context.name, height);
-    context.device_wire(BYTE_TIME, FramedNode::new(device))
-}
+use bus::{NAME, registry};
 
 /// Runs the scenario of the template, at a port or in virtual time.
 fn run(port: Option<PathBuf>) -> Report {
     let folder = Folder::new("templates");
     let scenario = include_str!("../../twin/cli/templates/driver/scenario.toml");
-    let file = folder.file("rangefinder.toml", &scenario.replace("template_name", NAME));
+    let file = folder.file("template.toml", scenario);
     let registry = registry();
     let assembly = Assembly::builder(&registry).file(Path::new(&file));
     let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
@@ -164,12 +127,13 @@ fn tutorials_quote_the_template() {
         include_str!("../../twin/cli/templates/driver/src/protocol.rs"),
         include_str!("../../twin/cli/templates/driver/src/driver.rs"),
         include_str!("../../twin/cli/templates/driver/src/device.rs"),
+        include_str!("../../twin/cli/templates/driver/src/bus.rs"),
         include_str!("../../twin/cli/templates/driver/src/main.rs"),
         include_str!("../../twin/cli/templates/driver/src/timing.rs"),
         include_str!("../../twin/cli/templates/driver/scenario.toml"),
         include_str!("checked.rs"),
     ];
-    let sources = template.map(|text| text.replace("template_name", NAME));
+    let sources = template.map(|text| text.replace(NAME, "rangefinder"));
     for (page, quoted_min) in pages {
         let blocks = page.split("```").skip(1).step_by(2);
         let code =

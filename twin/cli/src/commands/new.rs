@@ -68,6 +68,10 @@ const DRIVER: Template = &[
         include_str!("../../templates/driver/src/main.rs"),
     ),
     (
+        "src/bus.rs",
+        include_str!("../../templates/driver/src/bus.rs"),
+    ),
+    (
         "src/protocol.rs",
         include_str!("../../templates/driver/src/protocol.rs"),
     ),

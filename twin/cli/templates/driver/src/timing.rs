@@ -11,10 +11,10 @@ use twinrig::runtime::{Driver, Rig, Timing};
 use twinrig::testing::driver_harness::DriverHarness;
 use twinrig::testing::rig_harness::{self, RecordingPlant, diagnostic};
 
+use crate::bus::{BYTE_TIME, HEIGHT, NAME};
 use crate::device::EmulatedRangeFinder;
 use crate::driver::{ANSWER_TIMEOUT, RangeFinder};
 use crate::protocol::{Answer, MILLIMETRES_MAX};
-use crate::{BYTE_TIME, HEIGHT, NAME};
 
 type Host = DriverHarness<FramedDriver<RangeFinder>>;
 
