@@ -41,7 +41,7 @@ cases! {
     diagonal_preload_beyond_stop: "\"4400 N/m\", preload = \"3 mm\"" => "\"4400 N/m\", preload = \"-22 mm\"";
     parallel_preload_beyond_stop: "\"1800 N/m\", preload = \"3 mm\"" => "\"1800 N/m\", preload = \"-11 mm\"";
     foot_without_mass: "lumped_foot = \"30 g\"" => "lumped_foot = \"0 g\"";
-    foot_heavier_than_its_leg: "lumped_foot = \"30 g\"" => "lumped_foot = \"30 kg\"";
+    foot_heavier_than_its_leg: "lumped_foot = \"30 g\"" => "lumped_foot = \"50.1 g\"";
     segment_of_negative_mass: "l2 = \"10 g\"" => "l2 = \"-10 g\"";
     impossible_inertia: "inertia = [\"9.375e-4 kg·m²\"" => "inertia = [\"9.375 kg·m²\"";
     two_moments_of_inertia: "\"3.2176e-3 kg·m²\", " => "";

@@ -13,6 +13,7 @@ mod landing;
 mod motors;
 mod properties;
 mod resume_from;
+mod servos;
 mod springs;
 mod stability;
 mod stops;

@@ -172,6 +172,10 @@ fn keys_of_other_designs_are_refused() {
             "`levels` is 5, which is odd",
         ),
         (
+            "design = 'morris'\ntrajectories = 3\nlevels = 3",
+            "`levels` is 3, which is odd",
+        ),
+        (
             "design = 'random'\npoints = 3\nmeasures = []",
             "the design `random` has no `measures`",
         ),
