@@ -217,6 +217,19 @@ pub fn json(text: &str) -> Vec<serde_json::Value> {
         .collect()
 }
 
+/// Returns the result that a study printed as JSON, without what differs from one call of it to
+/// the next: the machine and its load at each start.
+pub fn study_result(done: &Done) -> serde_json::Value {
+    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+    let mut result = json(&done.out).remove(0);
+    result.as_object_mut().unwrap().remove("machine");
+    let starts = result.get_mut("starts").and_then(|it| it.as_array_mut());
+    for start in starts.into_iter().flatten() {
+        start.as_object_mut().unwrap().remove("load");
+    }
+    result
+}
+
 /// Splits a command as a POSIX shell does, as far as apostrophes and backslashes go.
 pub fn shell_words(command: &str) -> Vec<String> {
     let mut words = vec![String::new()];

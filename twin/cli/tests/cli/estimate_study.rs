@@ -1,6 +1,6 @@
 //! End-to-end tests of `twin study estimate` on a short run of the bench.
 
-use crate::common::{Done, Folder, json, twin};
+use crate::common::{Done, Folder, study_result, twin};
 
 /// Three frequencies, five periods each.
 const BENCH: &str = r#"
@@ -45,11 +45,7 @@ fn study_is_the_same_twice_and_its_filters_fit_into_the_scenario() {
         // Nothing is kept of the first study.
         let _ = std::fs::remove_dir_all(&parts);
         let done = study(&folder, BENCH, &[&SMALL[..], &["--json"]].concat());
-        assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
-        let mut printed = json(&done.out).remove(0);
-        // Its load differs.
-        printed.as_object_mut().unwrap().remove("machine");
-        printed
+        study_result(&done)
     });
     assert_eq!(printed[0], printed[1]);
     let found = printed[0].take();

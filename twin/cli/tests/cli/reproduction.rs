@@ -3,7 +3,7 @@
 use serde_json::Value;
 use twinrig::Registry;
 
-use crate::common::{Folder, json, registry, shell_words, twin_of};
+use crate::common::{Folder, registry, shell_words, study_result, twin_of};
 use crate::studies::{STILL, spring};
 
 /// A name that a shell would take apart.
@@ -18,19 +18,7 @@ fn twice(registry: &Registry, kind: &str, text: &str, more: &[&str]) -> [Value; 
     std::fs::create_dir(folder.join(FOLDER)).unwrap();
     let file = folder.file(&format!("{FOLDER}/it's a scene.toml"), text);
     let out = folder.join("out");
-    let result = |words: &[&str]| {
-        let done = twin_of(registry, words);
-        assert_eq!(
-            (done.code, done.err.as_str()),
-            (0, ""),
-            "{kind}: {}",
-            done.out
-        );
-        let mut result = json(&done.out).remove(0);
-        // Its load differs.
-        result.as_object_mut().unwrap().remove("machine");
-        result
-    };
+    let result = |words: &[&str]| study_result(&twin_of(registry, words));
     let words = ["study", kind, &file, "--json", "--out", &out];
     let first = result(&[&words, &NAME[..], more].concat());
     let command = shell_words(first["command"].as_str().unwrap());

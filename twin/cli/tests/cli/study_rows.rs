@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 
 use serde_json::Value;
 
-use crate::common::{Done, Folder, json, twin};
+use crate::common::{Done, Folder, json, study_result, twin};
 use crate::hardware::wait_until;
 
 fn scenario(name: &str) -> String {
@@ -76,12 +76,9 @@ fn study(kind: &str, words: &[String], out: &str, more: &[&str]) -> Done {
 
 /// Returns everything that a study found.
 fn found(done: &Done) -> Value {
-    assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
-    let mut found = json(&done.out).remove(0);
-    let object = found.as_object_mut().unwrap();
-    // The load of the machine, and the folder.
-    object.remove("machine");
-    object.remove("command");
+    let mut found = study_result(done);
+    // It names the folder.
+    found.as_object_mut().unwrap().remove("command");
     found
 }
 
