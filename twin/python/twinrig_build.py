@@ -1,11 +1,13 @@
 """Backend that builds the Python package: maturin, and the library of FMUs in the wheel.
 
 An FMU is loaded by programs without Python, so that its library is one of its own, which
-``twin export fmu`` finds beside the module. Both share the compiled crates.
+``twin export fmu`` finds beside the module. Both share the compiled crates, so that both have the
+cargo profile of the build arguments: ``--profile dist``, or ``release`` without one.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import shutil
 import subprocess
@@ -18,6 +20,7 @@ import maturin
 from maturin import (
     build_editable,
     build_sdist,
+    get_maturin_pep517_args,
     get_requires_for_build_editable,
     get_requires_for_build_sdist,
     get_requires_for_build_wheel,
@@ -37,8 +40,7 @@ __all__ = [
 ]
 
 COMMAND = (
-    "cargo build --release --locked --package twinrig-fmu "
-    "--message-format json-render-diagnostics"
+    "cargo build --locked --package twinrig-fmu --message-format json-render-diagnostics --profile "
 )
 PACKAGE = Path(__file__).parent / "python" / "twinrig"
 
@@ -49,7 +51,7 @@ def build_wheel(
     metadata_directory: str | None = None,
 ) -> str:
     """Build the wheel, with the library in the package while it is packed."""
-    built = library()
+    built = library(profile(get_maturin_pep517_args(config_settings)))
     place = PACKAGE / built.name
     shutil.copyfile(built, place)
     try:
@@ -59,17 +61,26 @@ def build_wheel(
         place.unlink()
 
 
-def library() -> Path:
+def profile(arguments: list[str]) -> str:
+    """Return the cargo profile of the arguments of maturin."""
+    parser = argparse.ArgumentParser(allow_abbrev=False)
+    parser.add_argument("--profile", default="release")
+    name: str = parser.parse_known_args(arguments)[0].profile
+    return name
+
+
+def library(profile: str) -> Path:
     """Build the library of FMUs and return its path, which depends on cargo's configuration."""
+    command = COMMAND + profile
     try:
-        done = subprocess.run(COMMAND.split(), stdout=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run(command.split(), stdout=subprocess.PIPE, text=True, check=False)
     except FileNotFoundError:
         sys.exit("the package is built with Rust, and cargo is not on the PATH: https://rustup.rs")
     if done.returncode != 0:
-        sys.exit(f"`{COMMAND}` failed")
+        sys.exit(f"`{command}` failed")
     for line in done.stdout.splitlines():
         message = json.loads(line)
         if message.get("reason") == "compiler-artifact":
             if message["target"]["name"] == "twinrig_fmu":
                 return Path(message["filenames"][0])
-    sys.exit(f"`{COMMAND}` made no library")
+    sys.exit(f"`{command}` made no library")
