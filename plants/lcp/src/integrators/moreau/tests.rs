@@ -10,7 +10,8 @@ use super::drift::Momentum;
 use super::impulses::RECOVERY;
 use super::momentum::Geometry;
 use crate::constraints::events::SLOTS;
-use crate::fixtures::{self, HARD, PASSIVE, between_stops, distance, flow, tumbling};
+use crate::constraints::motion::Motion;
+use crate::fixtures::{self, HARD, PASSIVE, between_stops, distance, flow, motion, tumbling};
 use crate::model::real::{Lanes, Real};
 use crate::model::state::State;
 use crate::options::Method;
@@ -97,7 +98,7 @@ fn smooth<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
         ("damped", thrown(&undamped::<N>(2e-3))),
         ("driven", driven),
         ("saturated", saturated),
-        ("motors", motorised(&robot)),
+        ("motors", motorised(Base::Free, &robot)),
     ]
 }
 
@@ -111,12 +112,12 @@ fn weak(drives: Drives) -> Drives {
 }
 
 /// Returns a robot with the motors of another robot file, each at its own voltage.
-fn motorised<const N: usize>(robot: &Robot) -> Flow<N> {
+fn motorised<const N: usize>(base: Base, robot: &Robot) -> Flow<N> {
     let text = include_str!("../../../../../robots/oncilla.toml");
     let file = RobotFile::parse("oncilla.toml", text).unwrap();
     let motors = file.robot().unwrap().motors.unwrap();
     let (hip, knee) = (motors.hip, motors.knee);
-    let mut flow = swinging(robot, Base::Free, Drives::Motors { hip, knee });
+    let mut flow = swinging(robot, base, Drives::Motors { hip, knee });
     let commands = &mut flow.run.mode.commands;
     commands.hip = Lanes::new([0.05, -0.05, 0.02, 0.0]);
     commands.hip_damping = Lanes::splat(5e-3);
@@ -328,8 +329,22 @@ fn legs_on_a_fixed_trunk_are_independent() {
     }
 }
 
+/// Asserts that a gap, of which `rest` is left and which `overlap` is added to, closes by the
+/// recovery share in each step, which takes energy.
+fn assert_decays(flow: &mut Flow<3>, gap: impl Fn(&mut Flow<3>) -> f64, rest: f64, overlap: f64) {
+    let mut expected = overlap;
+    for _ in 0..8 {
+        let taken = flow.run.ledger.impact;
+        expected *= 1.0 - RECOVERY;
+        flow.step(5e-4).unwrap();
+        let found = gap(flow) - rest;
+        assert!((found - expected).abs() < 2e-8, "{found:e} of {expected:e}");
+        assert!(flow.run.ledger.impact >= taken);
+    }
+}
+
 #[test]
-fn overlap_decays_by_the_recovery_share_per_step() {
+fn overlap_of_a_stop_decays_by_the_recovery_share_per_step() {
     let start = flow::<3>(
         &fixtures::without_toes(),
         Base::Fixed,
@@ -339,23 +354,40 @@ fn overlap_decays_by_the_recovery_share_per_step() {
     );
     let mut flow = with_method(&start, Method::Moreau);
     run(&mut flow, 0.02, 40);
-    let (h, reach) = (5e-4, flow.model.side_by_side.l_delta.lane(0));
-    let overlap = -4e-6;
-    let gap =
-        |flow: &Flow<3>| reach * (flow.run.state.angles[2] - flow.run.state.angles[0]).lane(0);
+    let (reach, overlap) = (flow.model.side_by_side.l_delta.lane(0), -4e-6);
+    let gap = |flow: &mut Flow<3>| {
+        let angles = flow.run.state.angles;
+        reach * (angles[2] - angles[0]).lane(0)
+    };
     // The hip swings, by which the stop sinks a little in each step; some overlap is left.
-    let rest = gap(&flow);
+    let rest = gap(&mut flow);
     assert!(rest.abs() < 2e-8, "{rest:e}");
     flow.run.state.angles[2] += Lanes::splat(overlap / reach);
-    let mut expected = overlap;
-    for _ in 0..8 {
-        let taken = flow.run.ledger.impact;
-        expected *= 1.0 - RECOVERY;
-        flow.step(h).unwrap();
-        let found = gap(&flow) - rest;
-        assert!((found - expected).abs() < 2e-8, "{found:e} of {expected:e}");
-        assert!(flow.run.ledger.impact >= taken);
-    }
+    assert_decays(&mut flow, gap, rest, overlap);
+}
+
+/// The motor unwinds, and the leg bends: without the part of the motor, 15 % decay per step.
+#[test]
+fn overlap_of_a_cable_decays_by_the_recovery_share_per_step() {
+    let start = motorised::<3>(Base::Fixed, &undamped::<3>(1e-2));
+    let mut flow = with_method(&start, Method::Moreau);
+    flow.run.mode.commands.hip = Lanes::zero();
+    flow.run.mode.commands.pulley = Lanes::splat(0.05);
+    // Until the leg is at rest on the taut cable.
+    run(&mut flow, 3.0, 6000);
+    let gap = |flow: &mut Flow<3>| {
+        let state = flow.run.state;
+        let Motion {
+            articulated, drive, ..
+        } = motion(flow, &state, 0.0);
+        let taut = articulated.chain.taut(&flow.model.side_by_side, &drive);
+        taut.gap.lane(0)
+    };
+    let (radius, overlap) = (flow.model.side_by_side.pulley_radius, -4e-6);
+    let rest = gap(&mut flow);
+    assert!(rest.abs() < 2e-8, "{rest:e}");
+    flow.run.state.pulley -= Lanes::splat(overlap) / radius;
+    assert_decays(&mut flow, gap, rest, overlap);
 }
 
 /// Without the limit, a foot that lands in a step of microseconds launches the robot in the next
