@@ -40,7 +40,8 @@ __all__ = [
 ]
 
 COMMAND = (
-    "cargo build --locked --package twinrig-fmu --message-format json-render-diagnostics --profile "
+    "cargo build --locked --profile {} --package twinrig-fmu "
+    "--message-format json-render-diagnostics"
 )
 PACKAGE = Path(__file__).parent / "python" / "twinrig"
 
@@ -51,7 +52,7 @@ def build_wheel(
     metadata_directory: str | None = None,
 ) -> str:
     """Build the wheel, with the library in the package while it is packed."""
-    built = library(profile(get_maturin_pep517_args(config_settings)))
+    built = library(cargo_profile(get_maturin_pep517_args(config_settings)))
     place = PACKAGE / built.name
     shutil.copyfile(built, place)
     try:
@@ -61,7 +62,7 @@ def build_wheel(
         place.unlink()
 
 
-def profile(arguments: list[str]) -> str:
+def cargo_profile(arguments: list[str]) -> str:
     """Return the cargo profile of the arguments of maturin."""
     parser = argparse.ArgumentParser(allow_abbrev=False)
     parser.add_argument("--profile", default="release")
@@ -71,7 +72,7 @@ def profile(arguments: list[str]) -> str:
 
 def library(profile: str) -> Path:
     """Build the library of FMUs and return its path, which depends on cargo's configuration."""
-    command = COMMAND + profile
+    command = COMMAND.format(profile)
     try:
         done = subprocess.run(command.split(), stdout=subprocess.PIPE, text=True, check=False)
     except FileNotFoundError:
