@@ -162,8 +162,10 @@ impl SimDuration {
     }
 }
 
+// Inlined into the run loops of other crates: they check, which is too long by the compiler's rule.
 impl Add<SimDuration> for SimTime {
     type Output = Self;
+    #[inline]
     fn add(self, duration: SimDuration) -> Self {
         self.checked_add(duration)
             .expect("simulated time past 584 years")
@@ -171,6 +173,7 @@ impl Add<SimDuration> for SimTime {
 }
 
 impl AddAssign<SimDuration> for SimTime {
+    #[inline]
     fn add_assign(&mut self, duration: SimDuration) {
         *self = *self + duration;
     }
@@ -178,6 +181,7 @@ impl AddAssign<SimDuration> for SimTime {
 
 impl Sub for SimTime {
     type Output = SimDuration;
+    #[inline]
     fn sub(self, earlier: Self) -> SimDuration {
         self.checked_since(earlier)
             .expect("difference of two instants in the wrong order")
@@ -186,12 +190,14 @@ impl Sub for SimTime {
 
 impl Add for SimDuration {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         self.checked_add(other).expect("duration past 584 years")
     }
 }
 
 impl AddAssign for SimDuration {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -199,6 +205,7 @@ impl AddAssign for SimDuration {
 
 impl Sub for SimDuration {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self.checked_sub(other)
             .expect("a duration cannot be negative")
@@ -207,6 +214,7 @@ impl Sub for SimDuration {
 
 impl Mul<u64> for SimDuration {
     type Output = Self;
+    #[inline]
     fn mul(self, times: u64) -> Self {
         self.checked_mul(times).expect("duration past 584 years")
     }
@@ -215,6 +223,7 @@ impl Mul<u64> for SimDuration {
 impl Div<u64> for SimDuration {
     type Output = Self;
     /// Rounds down to the nanosecond.
+    #[inline]
     fn div(self, parts: u64) -> Self {
         Self(self.0 / parts)
     }

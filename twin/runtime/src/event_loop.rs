@@ -170,8 +170,15 @@ impl<T: Wakeable> EventLoop<T> {
             self.observe(observer)?;
             Event::Observed
         } else if part < self.parts.len() {
-            let progress = self.call(part, observer, |part, now, plant| part.wake(now, plant))?;
-            Event::Woken { part, progress }
+            let next = self.agenda.next_time().unwrap_or(SimTime::MAX);
+            let before = SimTime::from_nanos(next.as_nanos().saturating_sub(1));
+            self.plant_host.horizon = before.min(limit);
+            let progress = self.call(part, observer, |part, now, plant| part.wake(now, plant));
+            self.plant_host.horizon = SimTime::ZERO;
+            Event::Woken {
+                part,
+                progress: progress?,
+            }
         } else {
             Event::Own(wake.part)
         };
@@ -183,8 +190,8 @@ impl<T: Wakeable> EventLoop<T> {
         self.plant_host.state.now = now;
     }
 
-    /// Calls a part now, passes its traffic to the observer and schedules its next wake-up. A panic
-    /// is attributed to it.
+    /// Calls a part now, passes its traffic to the observer and schedules its next wake-up. The part
+    /// may have run ahead: its last event is now then. A panic is attributed to it.
     pub(crate) fn call<O: Observer>(
         &mut self,
         part: usize,
@@ -195,6 +202,7 @@ impl<T: Wakeable> EventLoop<T> {
         let slot = &mut self.parts[part];
         let (part, plant_host) = (&mut slot.part, &mut self.plant_host);
         let progress = in_part(PartKind::Task, &slot.name, || call(part, now, plant_host));
+        let now = plant_host.state.now;
         let first_trace = slot.first_trace;
         part.drain_traffic(&mut |trace, bytes| observer.bytes(now, first_trace + trace, bytes));
         let progress = progress.map_err(|source| slot.error(now, source))?;

@@ -100,6 +100,14 @@ pub trait PlantAccess {
     /// # Errors
     /// [`PlantFault`] if the plant fails while advancing to the present time.
     fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault>;
+
+    /// Moves the present time to `to` if nothing else happens until then, this instant included;
+    /// returns whether it did. A part that has several events before those of all others handles
+    /// them in one call. By default the time stands still during a call.
+    fn run_ahead(&mut self, to: SimTime) -> bool {
+        let _ = to;
+        false
+    }
 }
 
 /// Failure of a transfer, which ends the run.

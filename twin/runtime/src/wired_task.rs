@@ -17,6 +17,10 @@ pub struct WiredTask {
     driver: Box<dyn Driver>,
     wire: TracedWire,
     busy: bool,
+    /// [`Driver::poll_timeout`], updated after every call that changes the driver.
+    timeout: Option<SimTime>,
+    /// Whether the wire records bytes, each at its own instant.
+    traced: bool,
     /// Number of diagnostics of the driver; those of the wire follow.
     driver_diagnostics: usize,
     /// Buffer of the bytes being written.
@@ -35,6 +39,12 @@ fn host_time(now: SimTime) -> HostTime {
     HostTime::from_nanos(now.as_nanos())
 }
 
+/// Returns the time-out of the driver in simulated time.
+fn timeout(driver: &dyn Driver) -> Option<SimTime> {
+    let timeout = driver.poll_timeout();
+    timeout.map(|at| SimTime::from_nanos(at.as_nanos()))
+}
+
 fn device_error(error: DriverError) -> TaskError {
     TaskError::Device { why: error.why }
 }
@@ -44,7 +54,9 @@ impl WiredTask {
     pub fn new(driver: Box<dyn Driver>, wire: Box<dyn Wire>) -> Self {
         Self {
             driver_diagnostics: Layout::of(&driver.diagnostics(), Direction::Output).len(),
+            traced: !wire.traces().is_empty(),
             wire: TracedWire::new(driver.name().to_owned(), wire),
+            timeout: timeout(&*driver),
             driver,
             busy: false,
             bytes: Vec::new(),
@@ -59,14 +71,7 @@ impl WiredTask {
     ) -> Result<Progress, TaskError> {
         loop {
             let read = self.wire.receive(now, plant)?;
-            let due = self.deliver(now, read);
-            let mut wrote = false;
-            while self.transmit() {
-                wrote = true;
-                self.wire
-                    .send(&self.bytes, |wire, bytes| wire.send(now, bytes));
-            }
-            if !read && !wrote && !due {
+            if !self.serve_driver(now, read) {
                 break;
             }
         }
@@ -74,20 +79,29 @@ impl WiredTask {
             let busy = in_part(PartKind::Driver, &self.wire.name, || self.driver.is_busy());
             self.busy = busy.map_err(device_error)?;
         }
+        Ok(self.progress(now))
+    }
+
+    /// Returns whether the time-out of the driver is due.
+    fn is_due(&self, now: SimTime) -> bool {
+        self.timeout.is_some_and(|at| at <= now)
+    }
+
+    fn progress(&self, now: SimTime) -> Progress {
         if self.busy {
             // A transfer without a wake-up never ends; the manager then reports the task as busy.
             let wake = self.idle_wake().unwrap_or(SimTime::MAX);
-            Ok(Progress::WakeAt(wake.max(now)))
+            Progress::WakeAt(wake.max(now))
         } else {
-            Ok(Progress::Done)
+            Progress::Done
         }
     }
 
-    /// Passes the bytes read, if any, and the time to the driver; returns whether its timeout was
-    /// due.
-    fn deliver(&mut self, now: SimTime, read: bool) -> bool {
+    /// Passes the bytes read, if any, and the time to the driver, and its bytes to the wire; returns
+    /// whether there was anything to be done.
+    fn serve_driver(&mut self, now: SimTime, read: bool) -> bool {
         let (driver, bytes) = (&mut self.driver, &self.wire.received);
-        in_part(PartKind::Driver, &self.wire.name, || {
+        let mut active = in_part(PartKind::Driver, &self.wire.name, || {
             if read {
                 driver.handle_bytes(host_time(now), bytes);
             }
@@ -95,8 +109,15 @@ impl WiredTask {
             if due {
                 driver.handle_timeout(host_time(now));
             }
-            due
-        })
+            read || due
+        });
+        while self.transmit() {
+            active = true;
+            self.wire
+                .send(&self.bytes, |wire, bytes| wire.send(now, bytes));
+        }
+        self.timeout = timeout(&*self.driver);
+        active
     }
 
     /// Reads the next bytes to be written from the driver; returns whether there are any.
@@ -143,6 +164,7 @@ impl Part for WiredTask {
         self.driver.restore(&saved.driver)?;
         self.wire.restore(&saved.wire)?;
         self.busy = saved.busy;
+        self.timeout = timeout(&*self.driver);
         Ok(())
     }
 }
@@ -179,14 +201,27 @@ impl IoTask for WiredTask {
         self.exchange(now, plant)
     }
 
-    fn wake(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
-        self.exchange(now, plant)
+    /// Handles the events of the wire until there is something for the driver.
+    fn wake(
+        &mut self,
+        mut now: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<Progress, TaskError> {
+        loop {
+            let read = self.wire.receive(now, plant)?;
+            if read || self.is_due(now) {
+                self.serve_driver(now, read);
+                return self.exchange(now, plant);
+            }
+            match self.idle_wake() {
+                Some(at) if !self.traced && plant.run_ahead(at) => now = at,
+                _ => return Ok(self.progress(now)),
+            }
+        }
     }
 
     fn idle_wake(&self) -> Option<SimTime> {
-        let timeout = self.driver.poll_timeout();
-        let timeout = timeout.map(|at| SimTime::from_nanos(at.as_nanos()));
-        match (self.wire.wire.next_wake(), timeout) {
+        match (self.wire.wire.next_wake(), self.timeout) {
             (Some(wire), Some(driver)) => Some(wire.min(driver)),
             (wire, driver) => wire.or(driver),
         }
