@@ -4,10 +4,15 @@ use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, TransmitBuffer
 use crate::distortion::Distortion;
 use crate::{Arrivals, FaultSchedule, Line, Piece, WireError};
 
-/// Line with faults in both directions.
+/// Line with faults in both directions, where any are declared; without them it costs nothing.
 pub struct Faulty<L> {
     on: String,
     line: L,
+    faults: Option<Box<Faults>>,
+}
+
+/// Faults of both directions, and what they hold back.
+struct Faults {
     outward: Distortion,
     inward: Distortion,
     /// Bytes just received from the line.
@@ -30,55 +35,61 @@ impl<L: Line> Faulty<L> {
         schedule: &FaultSchedule,
         line: L,
     ) -> Result<Self, WireError> {
-        let mut faulty = Self {
-            on: on.to_owned(),
-            line,
+        let mut faults = Faults {
             outward: Distortion::new(on, "out", true, byte_time, schedule)?,
             inward: Distortion::new(on, "in", true, byte_time, schedule)?,
             arrived: Arrivals::default(),
             now: SimTime::ZERO,
             wake: None,
         };
-        faulty.update_wake();
-        Ok(faulty)
+        faults.update_wake(&line);
+        let declared = schedule.faults.iter().any(|fault| fault.on == on);
+        Ok(Self {
+            on: on.to_owned(),
+            line,
+            faults: declared.then(|| Box::new(faults)),
+        })
     }
+}
 
-    fn update_wake(&mut self) {
+impl Faults {
+    fn update_wake(&mut self, line: &impl Line) {
         let events = [
             self.outward.failure(),
             self.outward.next_event(),
             self.inward.next_event(),
             self.inward.next_byte(),
-            self.line.next_wake(),
+            line.next_wake(),
         ];
         self.wake = events.into_iter().flatten().min();
     }
 
-    fn forward(&mut self) {
-        let line = &mut self.line;
+    fn forward(&mut self, line: &mut impl Line) {
         self.outward.take_all(|piece| line.send(piece));
     }
 
     fn process_instant(
         &mut self,
+        on: &str,
+        line: &mut impl Line,
         now: SimTime,
         plant: &mut dyn PlantAccess,
     ) -> Result<(), TaskError> {
         if self.outward.failure().is_some_and(|at| at <= now) {
-            let why = format!("{} is unplugged", self.on);
+            let why = format!("{on} is unplugged");
             return Err(TaskError::Device { why });
         }
         self.outward.process_until(now);
-        self.forward();
-        self.line.advance(now, plant)?;
-        self.line.receive(&mut self.arrived);
+        self.forward(line);
+        line.advance(now, plant)?;
+        line.receive(&mut self.arrived);
         for piece in self.arrived.pieces() {
             self.inward.pass(piece);
         }
         self.arrived.clear();
         self.inward.process_until(now);
         self.now = now;
-        self.update_wake();
+        self.update_wake(line);
         Ok(())
     }
 }
@@ -94,7 +105,9 @@ impl<L: Line> Part for Faulty<L> {
 
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         self.line.connect(owner, plant)?;
-        self.update_wake();
+        if let Some(faults) = &mut self.faults {
+            faults.update_wake(&self.line);
+        }
         Ok(())
     }
 
@@ -107,32 +120,55 @@ impl<L: Line> Part for Faulty<L> {
 
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         if let Some((harmed, line)) = values.split_first_mut() {
-            *harmed = (self.outward.harmed() + self.inward.harmed()) as f64;
+            let faults = self.faults.iter();
+            let bytes = faults.map(|faults| faults.outward.harmed() + faults.inward.harmed());
+            *harmed = bytes.sum::<u64>() as f64;
             self.line.read_diagnostics(now, line);
         }
     }
 
     fn save(&self) -> Snapshot {
-        let (outward, inward) = (self.outward.save(), self.inward.save());
-        Snapshot::of(&(self.now, outward, inward, self.line.save()))
+        let faults = self.faults.as_ref();
+        let faults = faults.map(|faults| (faults.now, faults.outward.save(), faults.inward.save()));
+        Snapshot::of(&(faults, self.line.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (now, outward, inward, line): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
-        self.outward.restore(&outward)?;
-        self.inward.restore(&inward)?;
+        type Saved = (Option<(SimTime, Snapshot, Snapshot)>, Snapshot);
+        let (saved, line): Saved = snapshot.read()?;
         self.line.restore(&line)?;
-        self.now = now;
-        self.update_wake();
-        Ok(())
+        match (&mut self.faults, saved) {
+            (Some(faults), Some((now, outward, inward))) => {
+                faults.outward.restore(&outward)?;
+                faults.inward.restore(&inward)?;
+                faults.now = now;
+                faults.update_wake(&self.line);
+                Ok(())
+            }
+            (None, None) => Ok(()),
+            (own, _) => {
+                let [with, without] = ["with faults", "without faults"];
+                let (expected, found) = match own {
+                    Some(_) => (with, without),
+                    None => (without, with),
+                };
+                Err(SnapshotError::Mismatch {
+                    expected: format!("{} {expected}", self.on),
+                    found: found.to_owned(),
+                })
+            }
+        }
     }
 }
 
 impl<L: Line> Line for Faulty<L> {
     fn send(&mut self, piece: Piece<'_>) {
-        self.outward.pass(piece);
-        self.forward();
-        self.update_wake();
+        let Some(faults) = &mut self.faults else {
+            return self.line.send(piece);
+        };
+        faults.outward.pass(piece);
+        faults.forward(&mut self.line);
+        faults.update_wake(&self.line);
     }
 
     fn transmit_buffer(&self) -> Option<TransmitBuffer> {
@@ -140,19 +176,29 @@ impl<L: Line> Line for Faulty<L> {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        self.wake
+        match &self.faults {
+            Some(faults) => faults.wake,
+            None => self.line.next_wake(),
+        }
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        while let Some(wake) = self.wake.filter(|wake| *wake < now) {
-            self.process_instant(wake, plant)?;
+        let Some(faults) = &mut self.faults else {
+            return self.line.advance(now, plant);
+        };
+        while let Some(wake) = faults.wake.filter(|wake| *wake < now) {
+            faults.process_instant(&self.on, &mut self.line, wake, plant)?;
         }
-        self.process_instant(now, plant)
+        faults.process_instant(&self.on, &mut self.line, now, plant)
     }
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        self.inward
-            .take(self.now, |piece| arrivals.push_piece(piece));
-        self.update_wake();
+        let Some(faults) = &mut self.faults else {
+            return self.line.receive(arrivals);
+        };
+        faults
+            .inward
+            .take(faults.now, |piece| arrivals.push_piece(piece));
+        faults.update_wake(&self.line);
     }
 }

@@ -66,6 +66,11 @@ impl<L: Line> Wire for HostEnd<L> {
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        // However late, the line requires all its own instants.
+        while let Some(wake) = self.line.next_wake().filter(|wake| *wake < now) {
+            self.line.advance(wake, plant)?;
+            self.line.receive(&mut self.arrived);
+        }
         self.now = now;
         self.line.advance(now, plant)?;
         self.line.receive(&mut self.arrived);
