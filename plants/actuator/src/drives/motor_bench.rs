@@ -154,21 +154,25 @@ impl MotorBench {
             .sum()
     }
 
-    /// Sets inputs that differ from the last ones.
+    /// Sets the inputs of the shafts whose inputs differ from the last ones.
     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {
-        if let Some(i) = inputs.iter().position(|input| !input.is_finite()) {
-            let mut ports = self.ports.iter();
-            let port = ports.nth(i).map(|port| port.name.clone());
-            return Err(PlantFault {
-                time: self.now,
-                part: port.unwrap_or_default(),
-                energy: self.energy().stored(),
-                why: "the input is not a number".to_owned(),
-            });
+        let pairs = inputs.chunks_exact(2).zip(self.inputs.chunks_exact_mut(2));
+        for (i, (inputs, last)) in pairs.enumerate() {
+            if inputs == last {
+                continue;
+            }
+            if let Some(n) = inputs.iter().position(|input| !input.is_finite()) {
+                let port = self.ports.get(2 * i + n);
+                return Err(PlantFault {
+                    time: self.now,
+                    part: port.map(|port| port.name.clone()).unwrap_or_default(),
+                    energy: self.energy().stored(),
+                    why: "the input is not a number".to_owned(),
+                });
+            }
+            last.copy_from_slice(inputs);
+            self.drives[i] = self.models[i % JOINTS.len()].drive(inputs[0], inputs[1]);
         }
-        self.inputs.clear();
-        self.inputs.extend_from_slice(inputs);
-        self.update_drives();
         Ok(())
     }
 
@@ -223,9 +227,7 @@ impl Plant for MotorBench {
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
-        if inputs != self.inputs {
-            self.set_inputs(inputs)?;
-        }
+        self.set_inputs(inputs)?;
         let (seconds, responses) = self.cache.find(to - self.now, &self.models);
         let mut kinetic = 0.0;
         for (i, (shaft, drive)) in self.shafts.iter_mut().zip(&self.drives).enumerate() {
