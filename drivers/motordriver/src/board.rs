@@ -1,7 +1,9 @@
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{BoardClock, LocalTime, Port, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_kernel::{
+    BoardClock, LocalTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
+};
 use twinrig_runtime::{BusHealth, Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
@@ -11,7 +13,7 @@ use crate::clock_check::ClockCheck;
 use crate::config::{Attachment, BoardConfig, Generation};
 use crate::event_timing::EventTiming;
 use crate::firmware::{Firmware, TICK};
-use crate::registers::{FORCE, MAGNETIC, MotorRegister, table};
+use crate::registers::{Measured, MotorRegister, table};
 use crate::reply::{COMMAND_LEN, Reply, command};
 use crate::units::{Joint, Scale, force_word, magnetic_word};
 use crate::wiring::Signals;
@@ -53,6 +55,8 @@ pub struct MotorBoard {
     attachment: Attachment,
     with_bytewise_reception: bool,
     signals: Signals,
+    /// Registers of the measurements.
+    measured: Measured,
     state: State,
 }
 
@@ -122,7 +126,9 @@ impl MotorBoard {
             Attachment::Leg { side } => Scale::new(Joint::ALL[n], side, limits[n]),
             Attachment::Shaft => Scale::free(),
         };
+        let registers = table(config)?;
         Ok(Self {
+            measured: Measured::in_table(&registers),
             name: config.name.clone(),
             id: config.id,
             prefix: format!("{bus}/{}", config.name),
@@ -133,7 +139,7 @@ impl MotorBoard {
                 clock,
                 next_tick,
                 wake: clock.sim_at(next_tick),
-                slave: Slave::new(protocol, table(config)?)?,
+                slave: Slave::new(protocol, registers)?,
                 firmware: Firmware::new(config.firmware, limits),
                 scales: [scale(0), scale(1)],
                 driven: [false; 2],
@@ -171,11 +177,12 @@ impl State {
         &mut self,
         now: SimTime,
         signals: &Signals,
+        measured: &Measured,
         plant: &mut dyn PlantAccess,
     ) -> Result<(), TaskError> {
         self.next_tick = self.next_tick + TICK;
         self.wake = self.clock.sim_at(self.next_tick);
-        let positions = self.measure(signals, plant)?;
+        let positions = self.measure(signals, measured, plant)?;
         self.slave
             .set_reply(&self.reply.bytes())
             .expect("a reply is shorter than a packet");
@@ -203,57 +210,41 @@ impl State {
         Ok(())
     }
 
-    /// Samples the sensors into the reply and returns the positions of the motors \[counts\].
+    /// Samples the sensors into reply and registers, and returns the positions of the motors
+    /// \[counts\].
     fn measure(
         &mut self,
         signals: &Signals,
+        measured: &Measured,
         plant: &mut dyn PlantAccess,
     ) -> Result<[i32; 2], TaskError> {
-        let before = self.reply;
+        let registers = self.slave.registers_mut();
         let mut positions = [0; 2];
         for (n, motor) in signals.motors.iter().enumerate() {
             let angle = plant.sample(motor.position.clone())?[0];
             positions[n] = self.scales[n].counts(angle);
-            self.reply.positions[n] = Scale::position_word(positions[n]);
+            let word = Scale::position_word(positions[n]);
+            self.reply.positions[n] = word;
+            registers.set(measured.positions[n], word);
         }
         if let Some(range) = &signals.angles {
             let angles = plant.sample(range.clone())?;
-            for (word, angle) in self.reply.magnetic.iter_mut().zip(angles) {
-                *word = magnetic_word(*angle);
+            for (n, angle) in angles.iter().take(3).enumerate() {
+                let word = magnetic_word(*angle);
+                self.reply.magnetic[n] = word;
+                registers.set(measured.magnetic[n], word);
             }
         }
         if let Some(range) = &signals.force {
             let force = plant.sample(range.clone())?;
-            for (word, newtons) in self.reply.force.iter_mut().zip(force) {
-                let (counts, saturated) = force_word(*newtons);
-                *word = counts;
+            for (n, newtons) in force.iter().take(3).enumerate() {
+                let (word, saturated) = force_word(*newtons);
+                self.reply.force[n] = word;
                 self.saturated += u64::from(saturated);
+                registers.set(measured.force[n], word);
             }
         }
-        self.update_registers(&before);
         Ok(positions)
-    }
-
-    /// Copies changed measurements into the registers.
-    fn update_registers(&mut self, before: &Reply) {
-        let registers = self.slave.registers_mut();
-        let mut put = |address, old: u16, new: u16| {
-            if old != new {
-                registers
-                    .put(address, new)
-                    .expect("the table has every register that is written here");
-            }
-        };
-        let reply = &self.reply;
-        for n in 0..2 {
-            let address = MotorRegister::PresentPosition.address(n);
-            put(address, before.positions[n], reply.positions[n]);
-        }
-        for n in 0..3_u8 {
-            let at = usize::from(n);
-            put(MAGNETIC + n, before.magnetic[at], reply.magnetic[at]);
-            put(FORCE + n, before.force[at], reply.force[at]);
-        }
     }
 
     /// Executes the requests received from the master since the last call.
@@ -389,13 +380,19 @@ impl Node for MotorBoard {
             .then(|| self.state.slave.min_bytes_needed())
     }
 
+    fn packet_address(&self, spacing: SimDuration) -> Option<u16> {
+        let slave = &self.state.slave;
+        let address = slave.packet_address(spacing);
+        address.filter(|_| !self.with_bytewise_reception)
+    }
+
     fn next_wake(&self) -> Option<SimTime> {
         Some(self.state.wake)
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         while self.state.wake <= now {
-            self.state.tick(now, &self.signals, plant)?;
+            self.state.tick(now, &self.signals, &self.measured, plant)?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-use twinrig_sbcp::{ControlledBus, ControllerConfig, FRAME_MAX};
+use twinrig_sbcp::{ControlledBus, ControllerConfig, FRAME_MAX, recipient};
 use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, Traced, UsbSerial};
 
 use crate::board::MotorBoard;
@@ -46,8 +46,12 @@ impl Bus {
             });
         }
         let (name, byte_time) = (&config.name, config.byte_time);
-        let mut line: Box<dyn Line> =
-            Box::new(Rs485::new(name, byte_time, config.turnaround, nodes)?);
+        let with_packets = config.packet_level && config.faults.faults.is_empty();
+        let mut bus = Rs485::new(name, byte_time, config.turnaround, nodes)?;
+        if with_packets {
+            bus = bus.with_packets(recipient);
+        }
+        let mut line: Box<dyn Line> = Box::new(bus);
         if config.trace {
             line = Box::new(Traced::new("rs485", line));
         }
@@ -57,7 +61,12 @@ impl Bus {
                 byte_time,
                 ..controller
             };
-            line = Box::new(ControlledBus::new(name, controller, line)?);
+            let mut controlled = ControlledBus::new(name, controller, line)?;
+            // A trace has the instants at which bytes begin.
+            if with_packets && !config.trace {
+                controlled = controlled.with_packets();
+            }
+            line = Box::new(controlled);
         }
         line = with_faults(config, &config.link_place(), line)?;
         Ok(UsbSerial::new(

@@ -34,6 +34,9 @@ pub struct BusConfig {
     pub seed: u64,
     /// Whether the bytes on the RS-485 bus are traced in addition to those at the host: false.
     pub trace: bool,
+    /// Whether the emulated bus computes undisturbed packets as a whole: true. The results are the
+    /// same bit for bit; byte by byte is the reference.
+    pub packet_level: bool,
 }
 
 /// Connection of USB converter and boards.
@@ -199,6 +202,7 @@ impl Default for BusConfig {
             faults: FaultSchedule::default(),
             seed: 0,
             trace: false,
+            packet_level: true,
         }
     }
 }

@@ -2,7 +2,7 @@
 //! their addresses and the codes of the modes are ASSUMED.
 
 use twinrig_sbcp::codes::REGISTER_FIRST_OWN;
-use twinrig_sbcp::{Register, RegisterTable, SbcpError};
+use twinrig_sbcp::{Register, RegisterPlace, RegisterTable, SbcpError};
 
 use crate::config::BoardConfig;
 use crate::units::{CONTINUOUS, POSITION_MASK};
@@ -124,6 +124,30 @@ pub(crate) fn table(board: &BoardConfig) -> Result<RegisterTable, SbcpError> {
     registers.extend((0..3).map(|n| Register::u16(MAGNETIC + n, 0).read_only()));
     registers.extend((0..3).map(|n| Register::u16(FORCE + n, 0).read_only()));
     RegisterTable::new(board.id, DEVICE_VERSION, &registers)
+}
+
+/// Places of the registers that a board writes in every tick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Measured {
+    pub(crate) positions: [RegisterPlace; 2],
+    pub(crate) magnetic: [RegisterPlace; 3],
+    pub(crate) force: [RegisterPlace; 3],
+}
+
+impl Measured {
+    /// Returns the places in a table of [`table`].
+    pub(crate) fn in_table(registers: &RegisterTable) -> Self {
+        let place = |address| {
+            let place = registers.place(address);
+            place.expect("the table has every register that a board writes")
+        };
+        let three = |first| [0, 1, 2].map(|n| place(first + n));
+        Self {
+            positions: [0, 1].map(|motor| place(MotorRegister::PresentPosition.address(motor))),
+            magnetic: three(MAGNETIC),
+            force: three(FORCE),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use twinrig_wire::Piece;
 
 use crate::codes::{ErrorCode, HEADER, PACKET_MAX};
 use crate::link_receiver::split_off;
-use crate::packet::{Address, Packet, packet_len};
+use crate::packet::{Address, Packet, packet_len, recipient};
 
 /// Answer of a board as the bus controller receives it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -21,10 +21,10 @@ pub(crate) struct Answer {
 }
 
 /// Number of bytes that determine the length of a packet.
-const PREFIX_LEN: usize = 4;
+pub(crate) const PREFIX_LEN: usize = 4;
 
 /// Progress of the reception of an answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum AnswerProgress {
     Incomplete,
     /// Complete with a valid checksum.
@@ -46,6 +46,18 @@ impl Answer {
             first,
             last: first,
         }
+    }
+
+    /// Receives a whole answer of `from` at once: valid or damaged; none if the bytes are not
+    /// exactly one.
+    pub(crate) fn receive_whole(from: Address, bytes: &[u8]) -> Option<AnswerProgress> {
+        if recipient(bytes) != Some(from.word()) {
+            return None;
+        }
+        Some(match Packet::new(bytes) {
+            Ok(_) => AnswerProgress::Valid,
+            Err(_) => AnswerProgress::Damaged,
+        })
     }
 
     pub(crate) fn from(&self) -> Address {

@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Part, PlantAccess, TaskError};
+use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_wire::{Arrivals, Line, Piece, earlier};
 
 use crate::controller::Controller;
@@ -16,6 +16,11 @@ pub struct ControlledBus<L> {
     now: SimTime,
     /// Bytes just received from the bus.
     received: Arrivals,
+    /// Whether packets are passed on in advance.
+    with_packets: bool,
+    /// Times of the next event of the controller, and of all; derived from the other fields.
+    controller_wake: Option<SimTime>,
+    wake: Option<SimTime>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -43,23 +48,57 @@ impl<L: Line> ControlledBus<L> {
     /// # Errors
     /// [`SbcpError`] if the configuration is invalid.
     pub fn new(name: &str, config: ControllerConfig, bus: L) -> Result<Self, SbcpError> {
-        Ok(Self {
+        let mut controlled = Self {
             name: name.to_owned(),
             controller: Controller::new(config)?,
             bus,
             now: SimTime::ZERO,
             received: Arrivals::default(),
-        })
+            with_packets: false,
+            controller_wake: None,
+            wake: None,
+        };
+        controlled.update_wake();
+        Ok(controlled)
     }
 
-    /// Returns the counters of the controller.
+    /// Passes requests to the bus as soon as they are certain, and takes undisturbed answers as a
+    /// whole ([`Line::take_packet`]). The results are the same; but what is between controller and
+    /// bus receives requests before they begin.
+    #[must_use]
+    pub fn with_packets(self) -> Self {
+        Self {
+            with_packets: true,
+            ..self
+        }
+    }
+
+    /// Returns the counters of the controller at the last event.
     pub fn counters(&self) -> ControllerCounters {
-        self.controller.counters()
+        self.controller.counters_at(self.now)
     }
 
     /// Returns the bus behind the controller.
     pub fn bus(&self) -> &L {
         &self.bus
+    }
+
+    fn update_wake(&mut self) {
+        let controller = &self.controller;
+        let reception = earlier(controller.poll_timeout(), controller.expects(self.now));
+        let link = controller.link_start().map(|start| start.max(self.now));
+        let wake = earlier(reception, earlier(controller.bus_start(), link));
+        self.controller_wake = wake;
+        self.wake = earlier(self.bus.next_wake(), wake);
+    }
+
+    /// Passes bytes of the controller that are due to the bus, and complete requests in advance.
+    fn transmit(&mut self) {
+        let (controller, bus) = (&mut self.controller, &mut self.bus);
+        if self.with_packets && bus.is_quiet() {
+            while controller.poll_requests(&mut |piece| bus.send(piece)) {}
+        }
+        while controller.poll_bus(self.now, &mut |piece| bus.send(piece)) {}
     }
 }
 
@@ -70,6 +109,12 @@ impl<L: Line> Part for ControlledBus<L> {
 
     fn inner_mut(&mut self) -> Option<&mut dyn Part> {
         Some(&mut self.bus)
+    }
+
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        self.bus.connect(owner, plant)?;
+        self.update_wake();
+        Ok(())
     }
 
     fn diagnostics(&self) -> Vec<Port> {
@@ -84,7 +129,7 @@ impl<L: Line> Part for ControlledBus<L> {
     }
 
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
-        let counters = self.controller.counters();
+        let counters = self.controller.counters_at(now);
         let counts = [
             counters.requests,
             counters.answers,
@@ -113,6 +158,7 @@ impl<L: Line> Part for ControlledBus<L> {
         self.bus.restore(&saved.bus)?;
         self.controller = saved.controller;
         self.now = saved.now;
+        self.update_wake();
         Ok(())
     }
 }
@@ -120,38 +166,59 @@ impl<L: Line> Part for ControlledBus<L> {
 impl<L: Line> Line for ControlledBus<L> {
     fn send(&mut self, piece: Piece<'_>) {
         self.controller.handle_link(self.now, piece);
+        self.transmit();
+        self.update_wake();
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        let controller = &self.controller;
-        let reception = earlier(controller.poll_timeout(), controller.expects(self.now));
-        let wake = earlier(reception, controller.bus_start());
-        earlier(self.bus.next_wake(), wake)
+        self.wake
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         self.now = now;
         loop {
             self.bus.advance(now, plant)?;
+            let controller = &mut self.controller;
             self.received.clear();
             self.bus.receive(&mut self.received);
             for piece in self.received.pieces() {
-                self.controller.handle_bus(now, piece);
+                controller.handle_bus(now, piece);
             }
+            let with_packets = self.with_packets;
+            self.bus
+                .take_packet(&mut |piece| with_packets && controller.receive_packet(now, piece));
             // A byte that is complete at the deadline is in time, so the bus is processed first.
-            if self.controller.poll_timeout().is_some_and(|at| at <= now) {
-                self.controller.handle_timeout(now);
+            if controller.poll_timeout().is_some_and(|at| at <= now) {
+                controller.handle_timeout(now);
             }
-            let bus = &mut self.bus;
-            let send = &mut |piece: Piece<'_>| bus.send(piece);
-            while self.controller.poll_bus(now, send) {}
+            self.transmit();
             if self.bus.next_wake().is_none_or(|wake| wake > now) {
+                self.update_wake();
                 return Ok(());
             }
         }
     }
 
+    fn is_announced(&self) -> bool {
+        self.with_packets && self.bus.is_announced()
+    }
+
+    fn run_ahead(
+        &mut self,
+        now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        let before = self.controller_wake.map_or(before, |wake| wake.min(before));
+        self.now = self.bus.run_ahead(now, before, plant)?;
+        self.wake = earlier(self.bus.next_wake(), self.controller_wake);
+        Ok(self.now)
+    }
+
     fn receive(&mut self, arrivals: &mut Arrivals) {
-        self.controller.poll_link(arrivals);
+        if self.controller.link_start().is_some() {
+            self.controller.poll_link(arrivals);
+            self.update_wake();
+        }
     }
 }

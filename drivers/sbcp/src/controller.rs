@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_wire::{Arrivals, Piece, earlier};
 
-use crate::answer::{Answer, AnswerProgress};
+use crate::answer::{Answer, AnswerProgress, PREFIX_LEN};
 use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_OVERHEAD, PACKET_MAX};
 use crate::controller_config::{ControllerConfig, ControllerCounters, ForwardingMode};
 use crate::error::SbcpError;
@@ -28,6 +28,12 @@ enum Bus {
         noise: Option<(SimTime, SimTime)>,
     },
     Answering(Answer),
+    /// The whole answer was received in advance; it ends at `last`.
+    Received {
+        from: Address,
+        progress: AnswerProgress,
+        last: SimTime,
+    },
     /// The answer was abandoned; the board may still be transmitting.
     Draining {
         first: SimTime,
@@ -61,6 +67,8 @@ pub struct Controller {
     bus_free: SimTime,
     to_bus: UartTransmitter,
     to_link: UartTransmitter,
+    /// End of an answer that is counted, and after which a request is counted, in advance.
+    ahead_until: SimTime,
     #[serde(skip)]
     scratch: Vec<u8>,
     counters: ControllerCounters,
@@ -86,6 +94,7 @@ impl Controller {
             bus_free: SimTime::ZERO,
             to_bus: UartTransmitter::new(byte_time),
             to_link: UartTransmitter::new(byte_time),
+            ahead_until: SimTime::ZERO,
             scratch: Vec::with_capacity(PACKET_MAX),
             counters: ControllerCounters::default(),
         })
@@ -96,19 +105,38 @@ impl Controller {
         self.address
     }
 
-    /// Returns the counters.
+    /// Returns the counters at the last call.
     pub fn counters(&self) -> ControllerCounters {
+        self.counters_at(self.now)
+    }
+
+    /// Returns the counters at `now`, by which all bytes and time-outs have been handled.
+    pub fn counters_at(&self, now: SimTime) -> ControllerCounters {
+        let busy = !matches!(self.bus, Bus::Free);
+        let ahead = u64::from(now < self.ahead_until);
+        let ended = u64::from(self.received_by(now));
         ControllerCounters {
-            overflows: self.receiver.overflows,
+            requests: self.counters.requests - ahead,
+            answers: self.counters.answers - ahead + ended,
+            overflows: self.receiver.overflows(now, busy),
             garbage: self.receiver.garbage,
             ..self.counters
         }
+    }
+
+    /// Whether a valid answer received in advance has ended by `now`.
+    fn received_by(&self, now: SimTime) -> bool {
+        matches!(self.bus, Bus::Received { progress: AnswerProgress::Valid, last, .. } if last <= now)
     }
 
     /// Handles bytes from the host at `now`; they may be announced, from the beginning of the first
     /// one on.
     pub fn handle_link(&mut self, now: SimTime, piece: Piece<'_>) {
         self.now = self.now.max(now);
+        if self.received_by(now) {
+            // No time-out was required for it: nothing was to be done then.
+            self.end_received();
+        }
         let interruption = self.receiver.interruption();
         if let Some(at) = interruption.filter(|at| *at < piece.first) {
             self.end_interrupted(at);
@@ -145,6 +173,80 @@ impl Controller {
         self.start_next();
     }
 
+    /// Receives a packet from the bus whose bytes will be complete as given, in advance, if nothing
+    /// can happen before its end but its reception: it is the answer awaited, within all time
+    /// limits. Returns whether it did; otherwise the bytes are passed in when they are complete.
+    pub fn receive_packet(&mut self, now: SimTime, piece: Piece<'_>) -> bool {
+        let ControllerConfig {
+            timeout,
+            response_limit,
+            byte_time,
+            passing,
+            ..
+        } = self.config;
+        let Bus::Awaiting {
+            to: from,
+            since,
+            noise: None,
+        } = self.bus
+        else {
+            return false;
+        };
+        let (first, last) = (piece.first, piece.last());
+        let in_time = since < first
+            && first <= since + timeout
+            && byte_time * PREFIX_LEN as u64 <= timeout
+            && last <= first + response_limit;
+        if passing != ForwardingMode::CutThrough
+            || !in_time
+            || piece.spacing != byte_time
+            || piece.framing_error
+        {
+            return false;
+        }
+        let Some(progress) = Answer::receive_whole(from, piece.bytes) else {
+            return false;
+        };
+        self.now = self.now.max(now);
+        self.to_link.relay(first, piece);
+        self.bus = Bus::Received {
+            from,
+            progress,
+            last,
+        };
+        if progress == AnswerProgress::Valid {
+            self.start_ahead(last);
+        }
+        true
+    }
+
+    /// Starts the request that follows a valid answer received in advance, which ends at `last`, if
+    /// it is certain already.
+    fn start_ahead(&mut self, last: SimTime) {
+        let Some(entry) = self.receiver.next_at(last) else {
+            return;
+        };
+        let to_board = entry
+            .to()
+            .is_some_and(|to| to.class() != CLASS_CONTROLLER && !to.is_broadcast());
+        if !to_board || entry.error.is_some() || !entry.is_valid() {
+            return;
+        }
+        let entry = entry.clone();
+        self.now = last;
+        self.ahead_until = last;
+        self.receiver.pop_at(last);
+        self.end_received();
+        self.start(&entry);
+    }
+
+    /// Ends a valid answer received in advance.
+    fn end_received(&mut self) {
+        if let Bus::Received { last, .. } = self.bus {
+            self.handle_deadline(last);
+        }
+    }
+
     /// Drops and counts bytes with a wrong stop bit, as the UARTs do.
     fn drop_framing_errors<'a>(&mut self, piece: Piece<'a>) -> Piece<'a> {
         if !piece.framing_error {
@@ -163,7 +265,12 @@ impl Controller {
         self.now = self.now.max(now);
         self.receiver.admit(now, !matches!(self.bus, Bus::Free));
         while let Some((at, _)) = self.deadline().filter(|(at, _)| *at <= now) {
+            let received = matches!(self.bus, Bus::Received { .. });
             self.handle_deadline(at);
+            if received {
+                // As after the last byte of an answer in `handle_bus`.
+                self.start_next();
+            }
         }
         if let Some(at) = self.receiver.interruption().filter(|at| *at <= now) {
             self.end_interrupted(at);
@@ -173,6 +280,9 @@ impl Controller {
 
     /// Returns the time of the next required call of [`Controller::handle_timeout`].
     pub fn poll_timeout(&self) -> Option<SimTime> {
+        if self.received_by(SimTime::MAX) && self.receiver.is_empty() {
+            return None;
+        }
         let deadline = self.deadline().map(|(at, _)| at);
         earlier(deadline, self.receiver.interruption())
     }
@@ -187,6 +297,12 @@ impl Controller {
         self.to_bus.take_started(now, send)
     }
 
+    /// Passes the next contiguous bytes for the bus to `send` if they are those of complete
+    /// requests: they are certain, whenever they begin.
+    pub fn poll_requests(&mut self, send: &mut dyn FnMut(Piece<'_>)) -> bool {
+        !matches!(self.bus, Bus::Relaying) && self.to_bus.take_started(SimTime::MAX, send)
+    }
+
     /// Returns the completion time of the byte that decides about the answer being received, if the
     /// answer continues without a pause; None if it is interrupted. All bytes up to `now` have been
     /// passed in.
@@ -197,6 +313,12 @@ impl Controller {
             }
             _ => None,
         }
+    }
+
+    /// Returns the start of the bytes for the host that [`Controller::poll_link`] has not taken: a
+    /// refused request is answered when it is passed in.
+    pub fn link_start(&self) -> Option<SimTime> {
+        self.to_link.next_start()
     }
 
     /// Takes the bytes for the host as soon as they are certain: bytes are announced before they
@@ -235,12 +357,12 @@ impl Controller {
             ForwardingMode::StoreAndForward => entry.last,
         };
         let start = self.bus_free.max(self.now).max(ready).max(entry.unbroken);
-        if entry.packet().is_none() && (for_self || entry.last <= start) {
+        if !entry.is_valid() && (for_self || entry.last <= start) {
             self.send_error(to, ErrorCode::CHECKSUM, at);
         } else if for_self {
             self.answer(entry, at);
         } else {
-            self.to_bus.send(start, entry.bytes());
+            self.to_bus.send_packet(start, entry.bytes());
             self.request_sent(entry);
         }
     }
@@ -257,7 +379,7 @@ impl Controller {
         }
         let start = self.bus_free.max(self.now);
         let start = start.max(current.addressed).max(current.unbroken);
-        self.to_bus.send(start, current.bytes());
+        self.to_bus.send_packet(start, current.bytes());
         self.bus = Bus::Relaying;
     }
 
@@ -268,7 +390,7 @@ impl Controller {
         self.bus_free = end + self.config.gap;
         self.bus = Bus::Free;
         match entry.to() {
-            Some(to) if entry.packet().is_none() => self.send_error(to, ErrorCode::CHECKSUM, end),
+            Some(to) if !entry.is_valid() => self.send_error(to, ErrorCode::CHECKSUM, end),
             Some(to) if !to.is_broadcast() => {
                 self.bus = Bus::Awaiting {
                     to,
@@ -342,6 +464,7 @@ impl Controller {
             Bus::Free | Bus::Relaying => None,
             Bus::Awaiting { since, .. } => Some((*since + timeout, ErrorCode::TIMEOUT)),
             Bus::Answering(answer) => Some(answer.deadline(timeout, response_limit, byte_time)),
+            Bus::Received { last, .. } => Some((*last, ErrorCode::OK)),
             Bus::Draining { first, last } => {
                 let end = (*last + timeout).min(*first + response_limit);
                 Some((end, ErrorCode::UNEXPECTED))
@@ -369,6 +492,7 @@ impl Controller {
                 self.send_error(to, code, at);
             }
             Bus::Answering(answer) => self.send_error(answer.from(), code, at),
+            Bus::Received { from, progress, .. } => self.end_answer(from, progress, at),
             Bus::Free | Bus::Relaying | Bus::Draining { .. } => {}
         }
         self.bus_free = at + self.config.gap;
@@ -377,7 +501,7 @@ impl Controller {
     /// Receives the beginning of `rest` from the bus.
     fn receive(&mut self, rest: &mut Piece<'_>) {
         match &mut self.bus {
-            Bus::Free | Bus::Relaying => {
+            Bus::Free | Bus::Relaying | Bus::Received { .. } => {
                 split_off(rest, rest.bytes.len());
             }
             Bus::Draining { last, .. } => *last = split_off(rest, rest.bytes.len()).last(),
@@ -415,17 +539,26 @@ impl Controller {
             self.to_link.send(at, answer.bytes());
         }
         match progress {
-            AnswerProgress::Incomplete => return,
+            AnswerProgress::Incomplete => {}
             AnswerProgress::Unexpected => {
                 let first = answer.first();
                 self.send_error(from, ErrorCode::UNEXPECTED, at);
                 self.bus = Bus::Draining { first, last: at };
-                return;
             }
-            AnswerProgress::Valid => self.counters.answers += 1,
-            AnswerProgress::Damaged => self.send_error(from, ErrorCode::CHECKSUM, at),
+            AnswerProgress::Valid | AnswerProgress::Damaged => {
+                self.end_answer(from, progress, at);
+                self.bus = Bus::Free;
+                self.bus_free = at + self.config.gap;
+            }
         }
-        self.bus = Bus::Free;
-        self.bus_free = at + self.config.gap;
+    }
+
+    /// Counts a complete answer, or reports that it is damaged.
+    fn end_answer(&mut self, from: Address, progress: AnswerProgress, at: SimTime) {
+        if progress == AnswerProgress::Valid {
+            self.counters.answers += 1;
+        } else {
+            self.send_error(from, ErrorCode::CHECKSUM, at);
+        }
     }
 }

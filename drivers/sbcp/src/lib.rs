@@ -74,7 +74,7 @@ pub use controller_config::{ControllerConfig, ControllerCounters, ForwardingMode
 pub use error::SbcpError;
 pub use master::Master;
 pub use master_config::{GRACE, MasterConfig, MasterCounters, Outcome, RequestError, Topology};
-pub use packet::{Address, Packet, Payload, Request, Response};
+pub use packet::{Address, Packet, Payload, Request, Response, recipient};
 pub use parser::Parser;
-pub use registers::{Access, Register, RegisterTable, Width};
+pub use registers::{Access, Register, RegisterPlace, RegisterTable, Width};
 pub use slave::{AnswerPolicy, Slave, SlaveConfig, SlaveCounters, SlaveEvent};

@@ -15,6 +15,8 @@ pub(crate) struct Entry {
     received: usize,
     /// Length of the packet; 0 until its length byte is received.
     len: usize,
+    /// Whether it is complete and its checksum is right.
+    valid: bool,
     /// Time at which its address and length are known.
     pub(crate) addressed: SimTime,
     /// Completion time of its last byte so far.
@@ -42,6 +44,11 @@ impl Entry {
         Address::new(self.bytes[1], self.bytes[2]).ok()
     }
 
+    /// Whether it is a valid packet.
+    pub(crate) fn is_valid(&self) -> bool {
+        self.valid
+    }
+
     /// Returns the packet, if it is valid.
     pub(crate) fn packet(&self) -> Option<Packet<'_>> {
         Packet::new(self.bytes()).ok()
@@ -56,6 +63,7 @@ impl Entry {
         self.unbroken = self.unbroken.max(start);
         self.last = part.last();
         self.received = end;
+        self.valid = self.is_complete() && self.packet().is_some();
     }
 
     /// Evaluates the first four bytes: sets the length, or drops bytes up to the next header and
@@ -94,8 +102,10 @@ pub(crate) struct LinkReceiver {
     queue: VecDeque<Entry>,
     /// Number of queued requests already admitted to the buffer or refused.
     checked: usize,
+    /// Time at which the last request taken in advance is on the bus.
+    popped_until: SimTime,
     pub(crate) garbage: u64,
-    pub(crate) overflows: u64,
+    overflows: u64,
 }
 
 impl LinkReceiver {
@@ -107,6 +117,7 @@ impl LinkReceiver {
             current: Entry::default(),
             queue: VecDeque::with_capacity(2 * packets_max),
             checked: 0,
+            popped_until: SimTime::ZERO,
             garbage: 0,
             overflows: 0,
         }
@@ -157,21 +168,65 @@ impl LinkReceiver {
     /// Admits requests complete by `now` to the buffer or refuses them, in order. `busy`: one is on
     /// the bus and occupies its place until it is completed.
     pub(crate) fn admit(&mut self, now: SimTime, busy: bool) {
-        while let Some(entry) = self
-            .queue
-            .get(self.checked)
-            .filter(|entry| entry.last <= now)
-        {
+        let mut kept = self.kept();
+        while let Some(entry) = self.queue.get(self.checked).filter(|of| of.last <= now) {
             if entry.error.is_none() {
-                let before = self.queue.iter().take(self.checked);
-                let before = before.filter(|entry| entry.error.is_none()).count();
-                if before + usize::from(busy) >= self.packets_max {
+                if self.has_place(kept, busy, entry) {
+                    kept += 1;
+                } else {
                     self.queue[self.checked].error = Some(ErrorCode::OVERFLOW);
                     self.overflows += 1;
                 }
             }
             self.checked += 1;
         }
+    }
+
+    /// Returns the number of requests refused for lack of space by `now`, as
+    /// [`LinkReceiver::admit`] would.
+    pub(crate) fn overflows(&self, now: SimTime, busy: bool) -> u64 {
+        let (mut kept, mut overflows) = (self.kept(), self.overflows);
+        let complete = self.queue.iter().skip(self.checked);
+        for entry in complete.take_while(|entry| entry.last <= now) {
+            if entry.error.is_none() {
+                let has_place = self.has_place(kept, busy, entry);
+                kept += usize::from(has_place);
+                overflows += u64::from(!has_place);
+            }
+        }
+        overflows
+    }
+
+    /// Returns the number of requests in the buffer.
+    fn kept(&self) -> usize {
+        let checked = self.queue.iter().take(self.checked);
+        checked.filter(|entry| entry.error.is_none()).count()
+    }
+
+    /// Whether the buffer with `kept` requests has a place for another one. That of a request taken
+    /// in advance is free only after the time at which it is on the bus.
+    fn has_place(&self, kept: usize, busy: bool, entry: &Entry) -> bool {
+        let in_advance = entry.last <= self.popped_until;
+        kept + usize::from(busy) + usize::from(in_advance) < self.packets_max
+    }
+
+    /// Whether nothing is received or queued.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.queue.is_empty() && self.current.received == 0
+    }
+
+    /// Returns the request that will be the next one at `at`, if it is complete by then whatever
+    /// is received meanwhile, and no other is refused.
+    pub(crate) fn next_at(&self, at: SimTime) -> Option<&Entry> {
+        let certain = self.current.received == 0 && self.overflows(at, true) == self.overflows;
+        self.front().filter(|entry| certain && entry.last <= at)
+    }
+
+    /// Removes the first request at `at`, which may be in the future.
+    pub(crate) fn pop_at(&mut self, at: SimTime) {
+        self.admit(at, true);
+        self.popped_until = at;
+        self.pop();
     }
 
     pub(crate) fn front(&self) -> Option<&Entry> {

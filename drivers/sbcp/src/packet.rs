@@ -21,6 +21,18 @@ pub(crate) fn packet_len(length: u8) -> Option<usize> {
     (length >= LENGTH_OVERHEAD && len <= PACKET_MAX).then_some(len)
 }
 
+/// Returns class and id of the device that a transmission addresses or comes from, if by its first
+/// four bytes and its length it is exactly one packet, and no broadcast: for
+/// `twinrig_wire::Rs485::with_packets`.
+pub fn recipient(bytes: &[u8]) -> Option<u16> {
+    let &[HEADER, class, id, length, ..] = bytes else {
+        return None;
+    };
+    let address = Address::new(class, id).ok()?;
+    let whole = packet_len(length) == Some(bytes.len()) && !address.is_broadcast();
+    whole.then(|| address.word())
+}
+
 /// Packet in its raw form: framed bytes with a valid checksum. [`Request`] and [`Response`]
 /// interpret it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,6 +113,11 @@ impl Address {
     /// Id within the class.
     pub const fn id(self) -> u8 {
         self.id
+    }
+
+    /// Class and id in one number.
+    pub(crate) const fn word(self) -> u16 {
+        u16::from_be_bytes([self.class, self.id])
     }
 
     /// Whether it is a broadcast address, which is not answered.

@@ -103,6 +103,10 @@ impl Register {
     }
 }
 
+/// Place of a register in its table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RegisterPlace(usize);
+
 /// Registers of a device with their values: the standard head (id, device version, protocol
 /// version) and the device-specific ones.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,6 +171,19 @@ impl RegisterTable {
     /// Returns the value of a register, if it exists.
     pub fn get(&self, address: u8) -> Option<u16> {
         self.find(address).map(|index| self.values[index])
+    }
+
+    /// Returns the place of a register, for [`RegisterTable::set`].
+    pub fn place(&self, address: u8) -> Option<RegisterPlace> {
+        self.find(address).map(RegisterPlace)
+    }
+
+    /// Writes a register of two bytes on behalf of the board, read-only or not, without a search.
+    ///
+    /// # Panics
+    /// If the place is of another table.
+    pub fn set(&mut self, place: RegisterPlace, value: u16) {
+        self.values[place.0] = value;
     }
 
     /// Writes a register on behalf of the board, read-only or not.

@@ -73,6 +73,12 @@ impl RequestParser {
         }
     }
 
+    /// Whether a packet to another device whose bytes are complete at `spacing` changes nothing but
+    /// the time of the last byte, on which the result depends only within a packet.
+    pub(crate) fn ignores_others(&self, spacing: SimDuration) -> bool {
+        self.len == 0 && self.skip == 0 && spacing <= self.idle_gap + self.byte_time
+    }
+
     /// Registers dropped bytes: the line is busy during them, but may have been idle before.
     pub(crate) fn line_busy(&mut self, piece: Piece<'_>) {
         if self.was_idle(piece) {

@@ -235,10 +235,22 @@ impl Slave {
         self.parser.missing()
     }
 
+    /// Returns the device's address as [`recipient`] has it, for
+    /// `twinrig_wire::Node::packet_address`; none within a packet, or with
+    /// [`AnswerPolicy::MainLoop`].
+    ///
+    /// [`recipient`]: crate::recipient
+    pub fn packet_address(&self, spacing: SimDuration) -> Option<u16> {
+        let listens =
+            self.config.policy == AnswerPolicy::AtOnce && self.parser.ignores_others(spacing);
+        listens.then(|| self.address.word())
+    }
+
     /// Runs an iteration of the main loop at `now`: with [`AnswerPolicy::MainLoop`], handles the
     /// last request received.
     pub fn main_loop(&mut self, now: SimTime) {
-        if let Some((request_end, request)) = self.waiting.take() {
+        if let Some((request_end, request)) = self.waiting {
+            self.waiting = None;
             self.execute(request_end, now, &request);
         }
     }

@@ -40,6 +40,16 @@ impl UartTransmitter {
 
     /// Transmits contiguous bytes from `start` on, or after the previous ones.
     pub(crate) fn send(&mut self, start: SimTime, bytes: &[u8]) {
+        self.transmit(start, bytes, true);
+    }
+
+    /// The same for the beginning of a packet, which is not passed on in one piece with the bytes
+    /// before it.
+    pub(crate) fn send_packet(&mut self, start: SimTime, bytes: &[u8]) {
+        self.transmit(start, bytes, false);
+    }
+
+    fn transmit(&mut self, start: SimTime, bytes: &[u8], may_continue: bool) {
         if bytes.is_empty() {
             return;
         }
@@ -47,7 +57,7 @@ impl UartTransmitter {
         let first = start.max(self.end) + self.byte_time;
         let count = bytes.len();
         match self.runs.back_mut() {
-            Some(run) if first == self.end + self.byte_time => run.count += count,
+            Some(run) if may_continue && first == self.end + self.byte_time => run.count += count,
             _ => self.runs.push_back(Run { first, count }),
         }
         self.end = first + self.byte_time * (count as u64 - 1);

@@ -19,6 +19,14 @@
 //! thirty in a cycle of four boards, instead of hundreds of bytes. Advancing more often changes
 //! nothing (a property test).
 //!
+//! *Packets as a whole.* Where each node of a bus listens to one address
+//! ([`Node::packet_address`]), a packet reaches its recipient only, an undisturbed answer is passed
+//! to the near end with the times of its bytes before it begins ([`Line::take_packet`]), and what
+//! happens between two visible events takes no call from outside ([`Line::run_ahead`]): sixteen
+//! instants in a cycle of four boards, eight of them ticks. All else is computed byte by byte. That
+//! is the reference of a property test over random buses, bytes and instants
+//! (`drivers/motordriver/tests/bus/packets.rs`): the results are the same bit for bit.
+//!
 //! A device with a framed protocol on a separate line takes three small parts: the messages
 //! ([`FramedMessage`]), a [`Protocol`], which [`FramedDriver`] turns into a driver, and an
 //! [`Emulation`], which [`FramedNode`] turns into a node; [`device_wire`] is its wire.

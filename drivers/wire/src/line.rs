@@ -42,6 +42,43 @@ pub trait Line: Part {
     /// taken yet. Further bytes that are certain to arrive may be announced before they are
     /// complete; they need no wake-up.
     fn receive(&mut self, arrivals: &mut Arrivals);
+
+    /// Handles the events after `now` that are not visible at the near end, each at its own instant
+    /// ([`PlantAccess::run_ahead`]), up to the next one that is, but only those before `before`;
+    /// returns the time of the last one. By default it handles none.
+    ///
+    /// # Errors
+    /// As [`Line::advance`].
+    fn run_ahead(
+        &mut self,
+        now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        let _ = (before, plant);
+        Ok(now)
+    }
+
+    /// Passes a packet on its way to the near end, none of whose bytes is complete, to `accept` if
+    /// nothing disturbs it until its end but bytes from the near end. `accept` returns whether the
+    /// near end receives it as it is and transmits nothing before its end; then it is received, and
+    /// is not among the bytes of [`Line::receive`]. There is at most one after each
+    /// [`Line::advance`]; by default there is none.
+    fn take_packet(&mut self, accept: &mut dyn FnMut(Piece<'_>) -> bool) {
+        let _ = accept;
+    }
+
+    /// Whether all bytes that will be complete at the near end before [`Line::next_wake`] have been
+    /// announced, so that no call is required until then.
+    fn is_announced(&self) -> bool {
+        false
+    }
+
+    /// Whether nothing is on the line, and will be but packets from the near end and the answers to
+    /// them: then it makes no difference whether a packet is sent before it begins.
+    fn is_quiet(&self) -> bool {
+        false
+    }
 }
 
 impl<L: Line + ?Sized> Line for Box<L> {
@@ -59,5 +96,22 @@ impl<L: Line + ?Sized> Line for Box<L> {
     }
     fn receive(&mut self, arrivals: &mut Arrivals) {
         (**self).receive(arrivals);
+    }
+    fn run_ahead(
+        &mut self,
+        now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        (**self).run_ahead(now, before, plant)
+    }
+    fn take_packet(&mut self, accept: &mut dyn FnMut(Piece<'_>) -> bool) {
+        (**self).take_packet(accept);
+    }
+    fn is_announced(&self) -> bool {
+        (**self).is_announced()
+    }
+    fn is_quiet(&self) -> bool {
+        (**self).is_quiet()
     }
 }

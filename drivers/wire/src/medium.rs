@@ -32,6 +32,18 @@ pub(crate) struct Medium {
     spare: Vec<Vec<u8>>,
 }
 
+/// Receivers of bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Receivers {
+    One(usize),
+    /// All nodes but the one that transmits. `contiguous`: the bytes are a whole transmission at
+    /// the byte time of the bus, without a framing error.
+    Nodes {
+        but: usize,
+        contiguous: bool,
+    },
+}
+
 /// Contiguous transmission of one station.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Transmission {
@@ -157,6 +169,33 @@ impl Medium {
         self.transmissions.insert(index, transmission);
     }
 
+    /// Whether no transmission up to now disturbs one that begins at `start`.
+    pub(crate) fn is_clear(&self, start: SimTime) -> bool {
+        self.transmissions.iter().all(|transmission| {
+            transmission.received == transmission.bytes.len()
+                && self.receives_from(transmission) <= start
+        })
+    }
+
+    /// Whether all transmissions are received.
+    pub(crate) fn is_idle(&self) -> bool {
+        let mut transmissions = self.transmissions.iter();
+        transmissions.all(|transmission| transmission.received == transmission.bytes.len())
+    }
+
+    /// Whether only the near end transmits, if any station, undisturbed by earlier transmissions.
+    pub(crate) fn is_undisturbed(&self) -> bool {
+        self.transmissions.iter().all(|transmission| {
+            transmission.received == transmission.bytes.len()
+                || transmission.station == NEAR
+                    && !self.is_contended(
+                        NEAR,
+                        transmission.at(transmission.received),
+                        transmission.end(),
+                    )
+        })
+    }
+
     /// Returns the time of the next reception that a station requires: the first byte of a node's
     /// transmission for the near end, the last byte of any transmission for all, and the byte that
     /// completes `min_bytes_needed` for the nodes.
@@ -186,7 +225,7 @@ impl Medium {
         &mut self,
         now: SimTime,
         eager: bool,
-        mut deliver: impl FnMut(usize, Piece<'_>),
+        mut deliver: impl FnMut(Receivers, Piece<'_>),
     ) -> bool {
         if !self
             .transmissions
@@ -244,7 +283,7 @@ impl Medium {
 
     /// Delivers non-overlapping transmissions (the common case) to the near end as they are
     /// complete.
-    fn receive_pieces(&mut self, now: SimTime, deliver: &mut impl FnMut(usize, Piece<'_>)) {
+    fn receive_pieces(&mut self, now: SimTime, deliver: &mut impl FnMut(Receivers, Piece<'_>)) {
         for transmission in &mut self.transmissions {
             let complete = transmission.complete(now);
             if complete == transmission.received {
@@ -253,14 +292,14 @@ impl Medium {
             if transmission.station != NEAR {
                 let piece = transmission.piece(transmission.received..complete);
                 self.busy_until[NEAR] = piece.last();
-                deliver(NEAR, piece);
+                deliver(Receivers::One(NEAR), piece);
             }
             transmission.received = complete;
         }
     }
 
     /// Delivers the received bytes to the nodes: whole transmissions only, unless they are `eager`.
-    fn deliver_to_nodes(&mut self, eager: bool, deliver: &mut impl FnMut(usize, Piece<'_>)) {
+    fn deliver_to_nodes(&mut self, eager: bool, deliver: &mut impl FnMut(Receivers, Piece<'_>)) {
         for transmission in &mut self.transmissions {
             if transmission.delivered == transmission.received
                 || !(eager || transmission.received == transmission.bytes.len())
@@ -268,13 +307,14 @@ impl Medium {
                 continue;
             }
             let piece = transmission.piece(transmission.delivered..transmission.received);
-            let last = piece.last();
-            for receiver in (NEAR + 1..self.busy_until.len())
-                .filter(|receiver| *receiver != transmission.station)
-            {
+            let (last, but) = (piece.last(), transmission.station);
+            for receiver in (NEAR + 1..self.busy_until.len()).filter(|receiver| *receiver != but) {
                 self.busy_until[receiver] = last;
-                deliver(receiver, piece);
             }
+            let contiguous = piece.bytes.len() == transmission.bytes.len()
+                && piece.spacing == self.byte_time
+                && !piece.framing_error;
+            deliver(Receivers::Nodes { but, contiguous }, piece);
             transmission.delivered = transmission.received;
         }
     }
@@ -292,7 +332,7 @@ impl Medium {
         })
     }
 
-    fn receive_byte(&mut self, index: usize, deliver: &mut impl FnMut(usize, Piece<'_>)) {
+    fn receive_byte(&mut self, index: usize, deliver: &mut impl FnMut(Receivers, Piece<'_>)) {
         let transmission = &mut self.transmissions[index];
         let (station, at, framing_error) = (
             transmission.station,
@@ -322,7 +362,7 @@ impl Medium {
                     bytes: &[byte],
                     framing_error,
                 };
-                deliver(receiver, piece);
+                deliver(Receivers::One(receiver), piece);
             }
         }
     }

@@ -2,11 +2,13 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{
     Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
 };
-use twinrig_runtime::{BusHealth, Part, PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_runtime::{
+    BusHealth, BusWork, Part, PlantAccess, PlantSignals, TaskError, WiringError,
+};
 
 use crate::error::nonzero;
 use crate::line::earlier;
-use crate::medium::{Medium, NEAR};
+use crate::medium::{Medium, NEAR, Receivers};
 use crate::{Arrivals, Line, Node, Piece, WireError};
 
 /// Half-duplex bus with several nodes, seen from its near end, which is a station like the others.
@@ -16,6 +18,10 @@ use crate::{Arrivals, Line, Node, Piece, WireError};
 /// So there are never more bytes received than transmitted, and equal bytes transmitted
 /// simultaneously are received unchanged. A station receives nothing while it transmits; the near
 /// end nothing until the turnaround time of its transceiver has passed.
+///
+/// On a bus with packets ([`Rs485::with_packets`]) nodes do not receive what they would ignore, and
+/// an undisturbed answer is passed to the near end as a whole ([`Line::take_packet`]). Everything
+/// else, and all on other buses, is computed byte by byte; the results are the same.
 pub struct Rs485 {
     name: String,
     slots: Vec<NodeSlot>,
@@ -26,7 +32,21 @@ pub struct Rs485 {
     tx: Vec<u8>,
     /// Minimum of [`Node::min_bytes_needed`] over the nodes.
     min_bytes_needed: Option<usize>,
-    /// Time of the next event; derived from the other fields.
+    /// Returns the address of the packet of which the bytes consist, if they are exactly one.
+    recipient: Option<fn(&[u8]) -> Option<u16>>,
+    /// An answer that the near end may take as a whole: index of the node and completion time of
+    /// the first byte. The bytes are those of `packet_bytes`.
+    packet: Option<(usize, SimTime)>,
+    packet_bytes: Vec<u8>,
+    /// Whether every node listens to one address only.
+    is_addressed: bool,
+    /// Whether nothing but the near end transmits, undisturbed.
+    is_undisturbed: bool,
+    work: BusWork,
+    /// Times of the next event of the nodes, on the wires, and of both; derived from the other
+    /// fields.
+    node_wake: Option<SimTime>,
+    medium_wake: Option<SimTime>,
     wake: Option<SimTime>,
 }
 
@@ -38,25 +58,34 @@ struct NodeSlot {
     /// Its [`Node::next_wake`] and [`Node::min_bytes_needed`], updated whenever it was advanced.
     wake: Option<SimTime>,
     min_bytes_needed: Option<usize>,
+    /// The same of [`Node::packet_address`].
+    address: Option<u16>,
     /// Number of values of its diagnostics.
     width: usize,
 }
 
 impl NodeSlot {
-    fn new(node: Box<dyn Node>) -> Self {
+    fn new(node: Box<dyn Node>, byte_time: SimDuration) -> Self {
         let mut slot = Self {
             received: false,
             wake: None,
             min_bytes_needed: None,
+            address: None,
             width: Layout::of(&node.diagnostics(), Direction::Output).len(),
             node,
         };
-        slot.refresh();
+        slot.refresh(byte_time);
         slot
     }
 
-    fn refresh(&mut self) {
+    fn receive(&mut self, piece: Piece<'_>) {
+        self.node.receive(piece);
+        self.received = true;
+    }
+
+    fn refresh(&mut self, byte_time: SimDuration) {
         self.wake = self.node.next_wake();
+        self.address = self.node.packet_address(byte_time);
         self.min_bytes_needed = self.node.min_bytes_needed();
     }
 }
@@ -82,30 +111,66 @@ impl Rs485 {
         nodes: Vec<Box<dyn Node>>,
     ) -> Result<Self, WireError> {
         nonzero(name, "byte time", byte_time)?;
+        let slots = nodes.into_iter().map(|node| NodeSlot::new(node, byte_time));
+        let slots: Vec<_> = slots.collect();
         let mut bus = Self {
             name: name.to_owned(),
-            medium: Medium::new(byte_time, turnaround, nodes.len()),
+            medium: Medium::new(byte_time, turnaround, slots.len()),
             near: Arrivals::default(),
             tx: Vec::new(),
-            slots: nodes.into_iter().map(NodeSlot::new).collect(),
+            slots,
             min_bytes_needed: None,
+            recipient: None,
+            packet: None,
+            packet_bytes: Vec::new(),
+            is_addressed: false,
+            is_undisturbed: true,
+            work: BusWork::default(),
+            node_wake: None,
+            medium_wake: None,
             wake: None,
         };
         bus.update_wake();
         Ok(bus)
     }
 
+    /// Computes undisturbed packets as a whole. `recipient` returns the address of the packet of
+    /// which a transmission consists; none if it is not exactly one, or one to several nodes.
+    #[must_use]
+    pub fn with_packets(self, recipient: fn(&[u8]) -> Option<u16>) -> Self {
+        Self {
+            recipient: Some(recipient),
+            ..self
+        }
+    }
+
     fn update_wake(&mut self) {
-        let (mut wake, mut min_bytes_needed) = (None, None::<usize>);
+        let mut min_bytes_needed = None::<usize>;
+        self.is_addressed = self.recipient.is_some();
         for slot in &self.slots {
-            wake = earlier(wake, slot.wake);
+            self.is_addressed &= slot.address.is_some() && slot.min_bytes_needed.is_none();
             min_bytes_needed = match (min_bytes_needed, slot.min_bytes_needed) {
                 (Some(least), Some(count)) => Some(least.min(count)),
                 (least, count) => least.or(count),
             };
         }
         self.min_bytes_needed = min_bytes_needed;
-        self.wake = earlier(wake, self.medium.next_wake(min_bytes_needed));
+        self.update_node_wake();
+        self.update_medium_wake();
+    }
+
+    fn update_node_wake(&mut self) {
+        let wakes = self.slots.iter().map(|slot| slot.wake);
+        self.node_wake = wakes.fold(None, earlier);
+        self.wake = earlier(self.node_wake, self.medium_wake);
+    }
+
+    fn update_medium_wake(&mut self) {
+        self.is_undisturbed = self.medium.is_undisturbed();
+        // A packet that is not taken is on the wires from its first byte on.
+        let packet = self.packet.map(|(_, first)| first);
+        self.medium_wake = earlier(packet, self.medium.next_wake(self.min_bytes_needed));
+        self.wake = earlier(self.node_wake, self.medium_wake);
     }
 
     /// Processes one instant: all nodes receive, then advance, then transmit.
@@ -114,20 +179,50 @@ impl Rs485 {
         now: SimTime,
         plant: &mut dyn PlantAccess,
     ) -> Result<(), TaskError> {
+        self.work.instants += 1;
+        self.transmit_packet();
         let (slots, near) = (&mut self.slots, &mut self.near);
+        let recipient = self.recipient;
+        let is_addressed = &mut self.is_addressed;
         let eager = self.min_bytes_needed.is_some();
-        let received = self.medium.receive(now, eager, |receiver, piece| {
-            if receiver == NEAR {
-                near.push_piece(piece);
-            } else {
-                let slot = &mut slots[receiver - 1];
-                slot.node.receive(piece);
-                slot.received = true;
-            }
-        });
-        if !received && self.wake.is_none_or(|wake| wake > now) {
-            return Ok(());
+        let received = self
+            .medium
+            .receive(now, eager, |receivers, piece| match receivers {
+                Receivers::One(NEAR) => near.push_piece(piece),
+                Receivers::One(receiver) => {
+                    slots[receiver - 1].receive(piece);
+                    *is_addressed = false;
+                }
+                Receivers::Nodes { but, contiguous } => {
+                    let address = recipient
+                        .filter(|_| *is_addressed && contiguous)
+                        .and_then(|recipient| recipient(piece.bytes));
+                    let others = slots.iter_mut().enumerate();
+                    let others = others.filter(|(index, _)| index + 1 != but);
+                    for (_, slot) in others {
+                        if address.is_none() || slot.address == address {
+                            slot.receive(piece);
+                        }
+                    }
+                    *is_addressed &= address.is_some();
+                }
+            });
+        if received || self.wake.is_some_and(|wake| wake <= now) {
+            self.advance_nodes(now, plant)?;
+            self.update_wake();
         }
+        Ok(())
+    }
+
+    /// Advances the nodes that have received bytes or must act now, and begins their
+    /// transmissions; returns whether there are any.
+    fn advance_nodes(
+        &mut self,
+        now: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<bool, TaskError> {
+        let byte_time = self.medium.byte_time();
+        let mut transmits = false;
         for (index, slot) in self.slots.iter_mut().enumerate() {
             let received = std::mem::take(&mut slot.received);
             if !received && slot.wake.is_none_or(|wake| wake > now) {
@@ -140,18 +235,55 @@ impl Rs485 {
                 let Some((start, framing_error)) = tx else {
                     break;
                 };
+                transmits = true;
+                self.work.transmissions += 1;
+                let start = start.max(now);
                 let piece = Piece {
-                    first: start.max(now) + self.medium.byte_time(),
-                    spacing: self.medium.byte_time(),
+                    first: start + byte_time,
+                    spacing: byte_time,
                     bytes: &self.tx,
                     framing_error,
                 };
-                self.medium.transmit(index + 1, piece);
+                // No other node has received anything since it was seen to listen to its address
+                // only, and this one answers once.
+                let is_answer = self.is_addressed
+                    && self.packet.is_none()
+                    && !framing_error
+                    && slot.address.is_some()
+                    && self.recipient.and_then(|of| of(&self.tx)) == slot.address;
+                if is_answer && self.medium.is_clear(start) {
+                    self.packet = Some((index, piece.first));
+                    self.packet_bytes.clone_from(&self.tx);
+                } else {
+                    transmit(self.packet.take(), &self.packet_bytes, &mut self.medium);
+                    self.medium.transmit(index + 1, piece);
+                }
             }
-            slot.refresh();
+            slot.refresh(byte_time);
         }
-        self.update_wake();
-        Ok(())
+        Ok(transmits)
+    }
+
+    /// Puts the packet that was not taken on the wires, to be received byte by byte.
+    fn transmit_packet(&mut self) {
+        transmit(self.packet.take(), &self.packet_bytes, &mut self.medium);
+    }
+}
+
+/// Puts a packet on the wires, if there is one.
+fn transmit(of: Option<(usize, SimTime)>, bytes: &[u8], medium: &mut Medium) {
+    if let Some((index, first)) = of {
+        medium.transmit(index + 1, packet(first, medium.byte_time(), bytes));
+    }
+}
+
+/// Returns a packet whose first byte is complete at `first`.
+fn packet(first: SimTime, spacing: SimDuration, bytes: &[u8]) -> Piece<'_> {
+    Piece {
+        first,
+        spacing,
+        bytes,
+        framing_error: false,
     }
 }
 
@@ -159,7 +291,7 @@ impl Part for Rs485 {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         for slot in &mut self.slots {
             slot.node.connect(owner, plant)?;
-            slot.refresh();
+            slot.refresh(self.medium.byte_time());
         }
         self.update_wake();
         Ok(())
@@ -183,6 +315,10 @@ impl Part for Rs485 {
         }
     }
 
+    fn count_work(&self, work: &mut BusWork) {
+        *work = self.work;
+    }
+
     fn report_health(&self, health: &mut BusHealth) {
         for slot in &self.slots {
             slot.node.report_health(health);
@@ -190,8 +326,10 @@ impl Part for Rs485 {
     }
 
     fn save(&self) -> Snapshot {
+        let mut medium = self.medium.clone();
+        transmit(self.packet, &self.packet_bytes, &mut medium);
         Snapshot::of(&Saved {
-            medium: self.medium.clone(),
+            medium,
             near: self.near.clone(),
             nodes: self.slots.iter().map(|slot| slot.node.save()).collect(),
         })
@@ -209,9 +347,10 @@ impl Part for Rs485 {
         }
         for (slot, snapshot) in self.slots.iter_mut().zip(&saved.nodes) {
             slot.node.restore(snapshot)?;
-            slot.refresh();
+            slot.refresh(saved.medium.byte_time());
         }
         (self.medium, self.near) = (saved.medium, saved.near);
+        self.packet = None;
         self.update_wake();
         Ok(())
     }
@@ -219,8 +358,9 @@ impl Part for Rs485 {
 
 impl Line for Rs485 {
     fn send(&mut self, piece: Piece<'_>) {
+        self.transmit_packet();
         self.medium.transmit(NEAR, piece);
-        self.update_wake();
+        self.update_medium_wake();
     }
 
     fn next_wake(&self) -> Option<SimTime> {
@@ -236,5 +376,52 @@ impl Line for Rs485 {
 
     fn receive(&mut self, arrivals: &mut Arrivals) {
         arrivals.append(&mut self.near);
+    }
+
+    fn run_ahead(
+        &mut self,
+        mut now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        // Bytes from a node are visible at the near end, and disturbed ones to the nodes.
+        if !self.is_announced() {
+            return Ok(now);
+        }
+        let before = self.medium_wake.map_or(before, |wake| wake.min(before));
+        while let Some(at) = self.node_wake.filter(|at| *at < before)
+            && plant.run_ahead(at)
+        {
+            now = at;
+            self.work.instants += 1;
+            if self.advance_nodes(now, plant)? {
+                self.update_wake();
+                break;
+            }
+            self.update_node_wake();
+        }
+        Ok(now)
+    }
+
+    fn is_announced(&self) -> bool {
+        self.is_addressed && self.is_undisturbed
+    }
+
+    fn is_quiet(&self) -> bool {
+        self.is_addressed && self.packet.is_none() && self.medium.is_idle()
+    }
+
+    fn take_packet(&mut self, accept: &mut dyn FnMut(Piece<'_>) -> bool) {
+        let Some((_, first)) = self.packet else {
+            return;
+        };
+        let spacing = self.medium.byte_time();
+        if accept(packet(first, spacing, &self.packet_bytes)) {
+            self.work.packets += 1;
+            self.packet = None;
+        } else {
+            self.transmit_packet();
+        }
+        self.update_medium_wake();
     }
 }

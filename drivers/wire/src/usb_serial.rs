@@ -51,6 +51,8 @@ pub struct UsbSerial<L> {
     /// Next time at which the host may have bytes to read: that of `next_completion`, or earlier if
     /// further bytes arrive without a pause.
     next_read: Option<SimTime>,
+    /// Whether that depends on the time of the last poll.
+    speculates: bool,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -143,6 +145,7 @@ impl<L: Line> UsbSerial<L> {
             arrived: Arrivals::default(),
             next_completion: None,
             next_read: None,
+            speculates: false,
         })
     }
 
@@ -255,8 +258,11 @@ impl<L: Line> UsbSerial<L> {
 
     /// Updates the prediction of the next read after the line was polled.
     fn update_next_read(&mut self) {
-        let speculative = self.next_return_if_more();
+        let speculative = (!self.line.is_announced())
+            .then(|| self.next_return_if_more())
+            .flatten();
         let speculative = speculative.map(|returned| self.read_at(returned));
+        self.speculates = speculative.is_some();
         self.next_read = earlier(self.next_completion.map(|(_, at)| at), speculative);
     }
 }
@@ -353,10 +359,13 @@ impl<L: Line> Wire for UsbSerial<L> {
         if !late && self.next_wake().is_none_or(|wake| wake > now) {
             return Ok(());
         }
-        received |= self.poll_line(now, plant)?;
+        let line_is_due = self.line_wake.is_some_and(|wake| wake <= now);
+        if line_is_due || !self.line.is_announced() {
+            received |= self.poll_line(now, plant)?;
+        }
         if received {
             self.update_predictions();
-        } else {
+        } else if self.speculates {
             self.update_next_read();
         }
         while let Some((returned, _)) = self.next_completion.filter(|(_, at)| *at <= now) {
@@ -364,6 +373,18 @@ impl<L: Line> Wire for UsbSerial<L> {
             self.update_predictions();
         }
         Ok(())
+    }
+
+    fn run_ahead(
+        &mut self,
+        now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        let before = self.next_read.map_or(before, |read| read.min(before));
+        let now = self.line.run_ahead(now, before, plant)?;
+        self.line_wake = self.line.next_wake();
+        Ok(now)
     }
 
     fn receive(&mut self, bytes: &mut Vec<u8>) {

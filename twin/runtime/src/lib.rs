@@ -118,7 +118,7 @@ pub use limit::{Limit, LimitViolation};
 pub use manager::{ControlStep, Manager};
 pub use observer::{Group, Observer, RunEvent};
 pub use panic::{PanicReport, PartKind, catch_panic, in_part};
-pub use part::Part;
+pub use part::{BusWork, Part};
 pub use plant::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 pub use plant_state::PlantState;
 pub use process::Process;

@@ -2,6 +2,17 @@ use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 
 use crate::{BusHealth, PlantSignals, WiringError};
 
+/// Work of an emulated bus, for tests of its cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BusWork {
+    /// Instants processed.
+    pub instants: u64,
+    /// Transmissions of the nodes.
+    pub transmissions: u64,
+    /// Transmissions computed as a whole, among them.
+    pub packets: u64,
+}
+
 /// Common interface of the parts between a process and a plant (tasks, wires, lines, nodes):
 /// signals of the plant, diagnostics, traffic, state.
 ///
@@ -50,6 +61,14 @@ pub trait Part: Send {
         }
     }
 
+    /// Reads the counts of the work done by an emulated bus, which neither results nor snapshots
+    /// contain.
+    fn count_work(&self, work: &mut BusWork) {
+        if let Some(inner) = self.inner() {
+            inner.count_work(work);
+        }
+    }
+
     /// Returns the names of the traces of bytes, each of one direction: `sbcp/out`, `sbcp/in`.
     fn traces(&self) -> Vec<String> {
         self.inner().map_or_else(Vec::new, Part::traces)
@@ -91,6 +110,9 @@ impl<T: Part + ?Sized> Part for Box<T> {
     }
     fn report_health(&self, health: &mut BusHealth) {
         (**self).report_health(health);
+    }
+    fn count_work(&self, work: &mut BusWork) {
+        (**self).count_work(work);
     }
     fn traces(&self) -> Vec<String> {
         (**self).traces()

@@ -55,6 +55,18 @@ impl TracedWire {
         Ok(!received.is_empty())
     }
 
+    /// Handles events of the wire that are not visible to the host ([`Wire::run_ahead`]).
+    pub(crate) fn run_ahead(
+        &mut self,
+        now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        in_part(PartKind::Wire, &self.name, || {
+            self.wire.run_ahead(now, before, plant)
+        })
+    }
+
     /// Writes bytes of the host to the wire, which has been advanced to now.
     pub(crate) fn send(&mut self, bytes: &[u8], send: impl FnOnce(&mut dyn Wire, &[u8])) {
         in_part(PartKind::Wire, &self.name, || send(&mut *self.wire, bytes));

@@ -55,6 +55,22 @@ pub trait Wire: Part {
     /// [`TaskError`] if the plant fails, or the port is lost.
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError>;
 
+    /// Handles the events after `now` that are not visible to the host, each at its own instant
+    /// ([`PlantAccess::run_ahead`]), up to the next one that may be, but only those before `before`;
+    /// returns the time of the last one. By default it handles none.
+    ///
+    /// # Errors
+    /// As [`Wire::advance`].
+    fn run_ahead(
+        &mut self,
+        now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        let _ = (before, plant);
+        Ok(now)
+    }
+
     /// Appends the bytes that are available to the host at this time.
     fn receive(&mut self, bytes: &mut Vec<u8>);
 }
@@ -78,6 +94,15 @@ impl<W: Wire + ?Sized> Wire for Box<W> {
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         (**self).advance(now, plant)
+    }
+
+    fn run_ahead(
+        &mut self,
+        now: SimTime,
+        before: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<SimTime, TaskError> {
+        (**self).run_ahead(now, before, plant)
     }
 
     fn receive(&mut self, bytes: &mut Vec<u8>) {

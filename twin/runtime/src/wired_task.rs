@@ -213,8 +213,13 @@ impl IoTask for WiredTask {
                 self.serve_driver(now, read);
                 return self.exchange(now, plant);
             }
+            if self.traced {
+                return Ok(self.progress(now));
+            }
+            let before = self.timeout.unwrap_or(SimTime::MAX);
+            now = self.wire.run_ahead(now, before, plant)?;
             match self.idle_wake() {
-                Some(at) if !self.traced && plant.run_ahead(at) => now = at,
+                Some(at) if plant.run_ahead(at) => now = at,
                 _ => return Ok(self.progress(now)),
             }
         }

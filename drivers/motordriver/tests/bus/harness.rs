@@ -32,6 +32,8 @@ pub trait Plant: PlantAccess + Clone {
 #[derive(Clone, PartialEq)]
 pub struct Motors {
     pub now: SimTime,
+    /// Time until which a part may run ahead.
+    pub horizon: SimTime,
     moved_to: SimTime,
     /// Voltage and bridge of hip and knee of each leg.
     pub inputs: Vec<f64>,
@@ -53,6 +55,7 @@ impl Motors {
     pub fn new() -> Self {
         Self {
             now: SimTime::ZERO,
+            horizon: SimTime::ZERO,
             moved_to: SimTime::ZERO,
             inputs: vec![0.0; 2 * MOTORS],
             outputs: vec![0.0; MOTORS + 6 * LEGS.len()],
@@ -134,6 +137,14 @@ impl PlantAccess for Motors {
     fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
         self.advance_to_now();
         Ok(&mut self.inputs[signals])
+    }
+
+    fn run_ahead(&mut self, to: SimTime) -> bool {
+        let ahead = self.now < to && to <= self.horizon;
+        if ahead {
+            self.now = to;
+        }
+        ahead
     }
 }
 

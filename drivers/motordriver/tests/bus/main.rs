@@ -4,6 +4,8 @@ mod allocation;
 mod faults;
 mod harness;
 mod health;
+
+mod packets;
 mod rates;
 mod restore;
 mod session;

@@ -25,13 +25,23 @@ fn wakes(config: &BusConfig, period: SimDuration) -> u64 {
 const TICKS: u64 = LEGS.len() as u64;
 
 #[test]
-fn controller_cycle_takes_five_wakes_per_packet_and_one_per_read() {
-    // Per board: start and end of the request; first byte, length and last byte of the answer.
-    let packets = 5 * TICKS;
+fn controller_cycle_takes_one_wake_per_packet_and_one_per_read() {
+    // Per board: end of the request.
     let found = wakes(&BusConfig::default(), millis(2));
+    assert_eq!(found / 500, 2 * TICKS + TICKS + 4, "{found} in 500 cycles");
+}
+
+#[test]
+fn controller_cycle_byte_by_byte_takes_five_wakes_per_packet() {
+    let config = BusConfig {
+        packet_level: false,
+        ..BusConfig::default()
+    };
+    // Per board: start and end of the request; first byte, length and last byte of the answer.
+    let found = wakes(&config, millis(2));
     assert_eq!(
         found / 500,
-        2 * TICKS + packets + 4,
+        2 * TICKS + 5 * TICKS + 4,
         "{found} in 500 cycles"
     );
 }
