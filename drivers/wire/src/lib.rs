@@ -117,6 +117,8 @@ mod medium;
 mod message;
 mod microframes;
 mod node;
+mod node_slot;
+mod node_wakes;
 mod noise;
 #[cfg(target_os = "linux")]
 mod port;
@@ -162,7 +164,7 @@ pub use port_info::{PortInfo, UsbInfo};
 #[cfg(target_os = "linux")]
 pub use pty::Pty;
 pub use quantize::quantize;
-pub use rs485::Rs485;
+pub use rs485::{Recipient, Rs485};
 pub use sample_choice::SampleChoice;
 pub use sequence_number::SequenceNumber;
 pub use traced::Traced;

@@ -1,7 +1,5 @@
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{
-    Direction, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
-};
+use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
     BusHealth, BusWork, Part, PlantAccess, PlantSignals, TaskError, WiringError,
 };
@@ -9,7 +7,12 @@ use twinrig_runtime::{
 use crate::error::nonzero;
 use crate::line::earlier;
 use crate::medium::{Medium, NEAR, Receivers};
+use crate::node_slot::NodeSlot;
+use crate::node_wakes::NodeWakes;
 use crate::{Arrivals, Line, Node, Piece, WireError};
+
+/// Function for the address of a packet: see [`Rs485::with_packets`].
+pub type Recipient = fn(&[u8]) -> Option<u16>;
 
 /// Half-duplex bus with several nodes, seen from its near end, which is a station like the others.
 ///
@@ -25,6 +28,10 @@ use crate::{Arrivals, Line, Node, Piece, WireError};
 pub struct Rs485 {
     name: String,
     slots: Vec<NodeSlot>,
+    /// [`Node::next_wake`] of each node, updated whenever it was advanced.
+    wakes: NodeWakes,
+    /// Nodes to be advanced at this instant.
+    due: Vec<usize>,
     medium: Medium,
     /// Bytes received by the near end and not taken.
     near: Arrivals,
@@ -33,7 +40,7 @@ pub struct Rs485 {
     /// Minimum of [`Node::min_bytes_needed`] over the nodes.
     min_bytes_needed: Option<usize>,
     /// Returns the address of the packet of which the bytes consist, if they are exactly one.
-    recipient: Option<fn(&[u8]) -> Option<u16>>,
+    recipient: Option<Recipient>,
     /// An answer that the near end may take as a whole: index of the node and completion time of
     /// the first byte. The bytes are those of `packet_bytes`.
     packet: Option<(usize, SimTime)>,
@@ -48,46 +55,6 @@ pub struct Rs485 {
     node_wake: Option<SimTime>,
     medium_wake: Option<SimTime>,
     wake: Option<SimTime>,
-}
-
-/// Node with cached properties.
-struct NodeSlot {
-    node: Box<dyn Node>,
-    /// Whether it has received bytes at this instant.
-    received: bool,
-    /// Its [`Node::next_wake`] and [`Node::min_bytes_needed`], updated whenever it was advanced.
-    wake: Option<SimTime>,
-    min_bytes_needed: Option<usize>,
-    /// The same of [`Node::packet_address`].
-    address: Option<u16>,
-    /// Number of values of its diagnostics.
-    width: usize,
-}
-
-impl NodeSlot {
-    fn new(node: Box<dyn Node>, byte_time: SimDuration) -> Self {
-        let mut slot = Self {
-            received: false,
-            wake: None,
-            min_bytes_needed: None,
-            address: None,
-            width: Layout::of(&node.diagnostics(), Direction::Output).len(),
-            node,
-        };
-        slot.refresh(byte_time);
-        slot
-    }
-
-    fn receive(&mut self, piece: Piece<'_>) {
-        self.node.receive(piece);
-        self.received = true;
-    }
-
-    fn refresh(&mut self, byte_time: SimDuration) {
-        self.wake = self.node.next_wake();
-        self.address = self.node.packet_address(byte_time);
-        self.min_bytes_needed = self.node.min_bytes_needed();
-    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -115,6 +82,8 @@ impl Rs485 {
         let slots: Vec<_> = slots.collect();
         let mut bus = Self {
             name: name.to_owned(),
+            wakes: NodeWakes::new(slots.len()),
+            due: Vec::with_capacity(slots.len()),
             medium: Medium::new(byte_time, turnaround, slots.len()),
             near: Arrivals::default(),
             tx: Vec::new(),
@@ -130,18 +99,27 @@ impl Rs485 {
             medium_wake: None,
             wake: None,
         };
-        bus.update_wake();
+        bus.refresh();
         Ok(bus)
     }
 
     /// Computes undisturbed packets as a whole. `recipient` returns the address of the packet of
     /// which a transmission consists; none if it is not exactly one, or one to several nodes.
     #[must_use]
-    pub fn with_packets(self, recipient: fn(&[u8]) -> Option<u16>) -> Self {
+    pub fn with_packets(self, recipient: Recipient) -> Self {
         Self {
             recipient: Some(recipient),
             ..self
         }
+    }
+
+    /// Updates everything that is derived.
+    fn refresh(&mut self) {
+        for (index, slot) in self.slots.iter_mut().enumerate() {
+            slot.refresh(self.medium.byte_time());
+            self.wakes.set(index, slot.node.next_wake());
+        }
+        self.update_wake();
     }
 
     fn update_wake(&mut self) {
@@ -160,8 +138,7 @@ impl Rs485 {
     }
 
     fn update_node_wake(&mut self) {
-        let wakes = self.slots.iter().map(|slot| slot.wake);
-        self.node_wake = wakes.fold(None, earlier);
+        self.node_wake = self.wakes.next();
         self.wake = earlier(self.node_wake, self.medium_wake);
     }
 
@@ -208,26 +185,35 @@ impl Rs485 {
                 }
             });
         if received || self.wake.is_some_and(|wake| wake <= now) {
-            self.advance_nodes(now, plant)?;
+            self.advance_nodes(now, received, plant)?;
             self.update_wake();
         }
         Ok(())
     }
 
-    /// Advances the nodes that have received bytes or must act now, and begins their
+    /// Advances the nodes that must act now or, if any have, `received` bytes, and begins their
     /// transmissions; returns whether there are any.
     fn advance_nodes(
         &mut self,
         now: SimTime,
+        received: bool,
         plant: &mut dyn PlantAccess,
     ) -> Result<bool, TaskError> {
         let byte_time = self.medium.byte_time();
         let mut transmits = false;
-        for (index, slot) in self.slots.iter_mut().enumerate() {
-            let received = std::mem::take(&mut slot.received);
-            if !received && slot.wake.is_none_or(|wake| wake > now) {
-                continue;
+        self.due.clear();
+        self.wakes.take_due(now, &mut self.due);
+        if received {
+            for (index, slot) in self.slots.iter_mut().enumerate() {
+                if std::mem::take(&mut slot.received) {
+                    self.due.push(index);
+                }
             }
+            self.due.sort_unstable();
+            self.due.dedup();
+        }
+        for &index in &self.due {
+            let slot = &mut self.slots[index];
             slot.node.advance(now, plant)?;
             loop {
                 self.tx.clear();
@@ -260,6 +246,7 @@ impl Rs485 {
                 }
             }
             slot.refresh(byte_time);
+            self.wakes.set(index, slot.node.next_wake());
         }
         Ok(transmits)
     }
@@ -291,9 +278,8 @@ impl Part for Rs485 {
     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
         for slot in &mut self.slots {
             slot.node.connect(owner, plant)?;
-            slot.refresh(self.medium.byte_time());
         }
-        self.update_wake();
+        self.refresh();
         Ok(())
     }
 
@@ -347,11 +333,10 @@ impl Part for Rs485 {
         }
         for (slot, snapshot) in self.slots.iter_mut().zip(&saved.nodes) {
             slot.node.restore(snapshot)?;
-            slot.refresh(saved.medium.byte_time());
         }
         (self.medium, self.near) = (saved.medium, saved.near);
         self.packet = None;
-        self.update_wake();
+        self.refresh();
         Ok(())
     }
 }
@@ -394,7 +379,7 @@ impl Line for Rs485 {
         {
             now = at;
             self.work.instants += 1;
-            if self.advance_nodes(now, plant)? {
+            if self.advance_nodes(now, false, plant)? {
                 self.update_wake();
                 break;
             }

@@ -23,6 +23,10 @@ const PACKETS: u64 = 4 * CYCLES;
 fn run(bencher: Bencher, config: &BusConfig, period: SimDuration, turning: bool) {
     let mut harness = Harness::new(config);
     harness.plant.turning = turning;
+    run_harness(bencher, harness, period);
+}
+
+fn run_harness(bencher: Bencher, mut harness: Harness, period: SimDuration) {
     harness.open().expect("the bus opens");
     bencher.counter(ItemsCount::new(PACKETS)).bench_local(|| {
         let to = harness.now() + period * CYCLES;
@@ -50,6 +54,12 @@ fn packets_at_333_hz_without_a_controller(bencher: Bencher) {
         ..BusConfig::default()
     };
     run(bencher, &config, millis(3), false);
+}
+
+/// The cost of a cycle is linear in the number of boards on the bus.
+#[divan::bench(args = [0, 8, 16, 46])]
+fn packets_beside_unused_boards(bencher: Bencher, unused: usize) {
+    run_harness(bencher, Harness::with_unused_boards(unused), millis(2));
 }
 
 /// A second of ticks without cycles.

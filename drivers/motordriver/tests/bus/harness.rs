@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 use std::ops::Range;
 
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_motordriver::{Bus, BusConfig};
+use twinrig_motordriver::{BoardConfig, Bus, BusConfig};
 use twinrig_runtime::{
     IoTask, Part, PlantAccess, PlantFault, PlantSignals, Progress, TaskError, WiredTask,
 };
@@ -66,8 +66,12 @@ impl Motors {
     }
 
     pub fn signals() -> PlantSignals {
+        Self::signals_of(&LEGS)
+    }
+
+    pub fn signals_of(legs: &[&str]) -> PlantSignals {
         let mut ports = Vec::new();
-        for leg in LEGS {
+        for leg in legs {
             for joint in ["hip", "knee"] {
                 let name = |what: &str| format!("leg/{leg}/{joint}/{what}");
                 ports.push(Port::input(name("voltage"), Unit::Volt, 1));
@@ -75,7 +79,7 @@ impl Motors {
                 ports.push(Port::output(name("position"), Unit::Radian, 1));
             }
         }
-        for leg in LEGS {
+        for leg in legs {
             ports.push(Port::output(format!("leg/{leg}/angles"), Unit::Radian, 3));
             ports.push(Port::output(
                 format!("leg/{leg}/foot/force"),
@@ -172,6 +176,32 @@ pub struct Harness<P = Motors> {
 impl Harness {
     pub fn new(config: &BusConfig) -> Self {
         Self::with_plant(config, &Motors::signals(), Motors::new())
+    }
+
+    /// A bus with further boards, which the host does not use, and locked motors.
+    pub fn with_unused_boards(count: usize) -> Self {
+        let mut config = BusConfig::default();
+        let names: Vec<String> = (0..count).map(|n| format!("X{n}")).collect();
+        for (name, id) in names.iter().zip(5..) {
+            let board = BoardConfig {
+                name: name.clone(),
+                id,
+                used: false,
+                ..BoardConfig::default()
+            };
+            let phase = SimDuration::from_micros(u64::from(id) * 17 % 1_000);
+            config.boards.push(board.with_clock(0, phase).unwrap());
+        }
+        let legs: Vec<&str> = LEGS
+            .into_iter()
+            .chain(names.iter().map(String::as_str))
+            .collect();
+        let signals = Motors::signals_of(&legs);
+        let mut plant = Motors::new();
+        plant.turning = false;
+        plant.inputs.resize(signals.inputs.len(), 0.0);
+        plant.outputs.resize(signals.outputs.len(), 0.0);
+        Self::with_plant(&config, &signals, plant)
     }
 }
 

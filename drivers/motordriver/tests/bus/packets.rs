@@ -296,7 +296,9 @@ fn packets_and_bytes_give_the_same_bits() {
     proptest!(|(config in config(), mut writes in writes(), looks in looks())| {
         if config.topology == BusTopology::Direct {
             // Boards on a bus of the host receive transmissions of one packet each.
-            writes.iter_mut().for_each(|write| write.bytes = first_packet(&write.bytes));
+            for write in &mut writes {
+                write.bytes = first_packet(&write.bytes);
+            }
         }
         let by_packet = run(&config, true, &writes, &looks);
         let by_byte = run(&config, false, &writes, &looks);

@@ -2,6 +2,7 @@
 
 use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{BusConfig, BusTopology};
+use twinrig_runtime::{BusWork, Part};
 
 use crate::harness::{Harness, LEGS, millis, with_clocks};
 
@@ -61,4 +62,27 @@ fn direct_cycle_takes_three_wakes_per_packet_and_one_per_read() {
 fn idle_bus_wakes_for_board_ticks_only() {
     let found = wakes(&BusConfig::default(), SimDuration::from_secs(100));
     assert_eq!(found, 1_000 * TICKS);
+}
+
+#[test]
+fn every_answer_is_computed_as_a_whole_and_a_board_adds_its_ticks_only() {
+    let work = |unused: usize| {
+        let mut harness = Harness::with_unused_boards(unused);
+        harness.open().unwrap();
+        let mut count = || {
+            let end = harness.now() + SimDuration::from_secs(1);
+            harness.run_cycles(millis(2), end, |_| [0.1; 8]).unwrap();
+            let mut work = BusWork::default();
+            harness.task.count_work(&mut work);
+            work
+        };
+        let (before, after) = (count(), count());
+        assert_eq!(after.packets, after.transmissions);
+        assert_eq!(after.packets - before.packets, 500 * TICKS);
+        after.instants - before.instants
+    };
+    let (none, eight) = (work(0), work(8));
+    // Ends of four requests, and the common ticks of the four boards; those of others are apart.
+    assert_eq!(none, 500 * TICKS + 1_000);
+    assert_eq!(eight, none + 8_000);
 }
