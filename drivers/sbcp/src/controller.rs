@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_wire::{Arrivals, Piece, earlier};
 
-use crate::answer::{Answer, AnswerProgress, PREFIX_LEN};
+use crate::answer::{Answer, AnswerProgress};
 use crate::codes::{CLASS_CONTROLLER, ErrorCode, HEADER, LENGTH_OVERHEAD, PACKET_MAX};
 use crate::controller_config::{ControllerConfig, ControllerCounters, ForwardingMode};
 use crate::error::SbcpError;
@@ -11,6 +11,8 @@ use crate::packet::{Address, Payload, Request, checksum, emit};
 use crate::registers::RegisterTable;
 use crate::standard::execute_standard;
 use crate::uart_transmitter::UartTransmitter;
+
+mod packets;
 
 /// Version of the emulated controller. ASSUMED.
 const DEVICE_VERSION: u16 = 0x0100;
@@ -124,11 +126,6 @@ impl Controller {
         }
     }
 
-    /// Whether a valid answer received in advance has ended by `now`.
-    fn received_by(&self, now: SimTime) -> bool {
-        matches!(self.bus, Bus::Received { progress: AnswerProgress::Valid, last, .. } if last <= now)
-    }
-
     /// Handles bytes from the host at `now`; they may be announced, from the beginning of the first
     /// one on.
     pub fn handle_link(&mut self, now: SimTime, piece: Piece<'_>) {
@@ -171,80 +168,6 @@ impl Controller {
             self.receive(&mut rest);
         }
         self.start_next();
-    }
-
-    /// Receives a packet from the bus whose bytes will be complete as given, in advance, if nothing
-    /// can happen before its end but its reception: it is the answer awaited, within all time
-    /// limits. Returns whether it did; otherwise the bytes are passed in when they are complete.
-    pub fn receive_packet(&mut self, now: SimTime, piece: Piece<'_>) -> bool {
-        let ControllerConfig {
-            timeout,
-            response_limit,
-            byte_time,
-            passing,
-            ..
-        } = self.config;
-        let Bus::Awaiting {
-            to: from,
-            since,
-            noise: None,
-        } = self.bus
-        else {
-            return false;
-        };
-        let (first, last) = (piece.first, piece.last());
-        let in_time = since < first
-            && first <= since + timeout
-            && byte_time * PREFIX_LEN as u64 <= timeout
-            && last <= first + response_limit;
-        if passing != ForwardingMode::CutThrough
-            || !in_time
-            || piece.spacing != byte_time
-            || piece.framing_error
-        {
-            return false;
-        }
-        let Some(progress) = Answer::receive_whole(from, piece.bytes) else {
-            return false;
-        };
-        self.now = self.now.max(now);
-        self.to_link.relay(first, piece);
-        self.bus = Bus::Received {
-            from,
-            progress,
-            last,
-        };
-        if progress == AnswerProgress::Valid {
-            self.start_ahead(last);
-        }
-        true
-    }
-
-    /// Starts the request that follows a valid answer received in advance, which ends at `last`, if
-    /// it is certain already.
-    fn start_ahead(&mut self, last: SimTime) {
-        let Some(entry) = self.receiver.next_at(last) else {
-            return;
-        };
-        let to_board = entry
-            .to()
-            .is_some_and(|to| to.class() != CLASS_CONTROLLER && !to.is_broadcast());
-        if !to_board || entry.error.is_some() || !entry.is_valid() {
-            return;
-        }
-        let entry = entry.clone();
-        self.now = last;
-        self.ahead_until = last;
-        self.receiver.pop_at(last);
-        self.end_received();
-        self.start(&entry);
-    }
-
-    /// Ends a valid answer received in advance.
-    fn end_received(&mut self) {
-        if let Bus::Received { last, .. } = self.bus {
-            self.handle_deadline(last);
-        }
     }
 
     /// Drops and counts bytes with a wrong stop bit, as the UARTs do.
