@@ -178,10 +178,16 @@ impl BoardClock {
 
     /// Returns the first time at which `steady` is `local` or later.
     fn steady_inverse(&self, local: i128) -> i128 {
-        div_ceil(
-            (local - i128::from(self.offset_ns)) * BILLION,
-            BILLION + i128::from(self.rate_ppb),
-        )
+        let since = local - i128::from(self.offset_ns);
+        let rate = BILLION + i128::from(self.rate_ppb);
+        // Every tick of a board computes it; two divisions of 64 bits take half the time of one of
+        // 128 bits. The product is below 2⁶³, since the rate is below 2·10⁹.
+        if let (Ok(since), Ok(rate)) = (i64::try_from(since), i64::try_from(rate)) {
+            let (whole, part) = (since.div_euclid(rate), since.rem_euclid(rate));
+            let part = (part * 1_000_000_000 + rate - 1) / rate;
+            return i128::from(whole) * BILLION + i128::from(part);
+        }
+        div_ceil(since * BILLION, rate)
     }
 
     /// Returns the reading at a knot of the wander.
