@@ -190,8 +190,8 @@ impl<T: Wakeable> EventLoop<T> {
         self.plant_host.state.now = now;
     }
 
-    /// Calls a part now, passes its traffic to the observer and schedules its next wake-up. The part
-    /// may have run ahead: its last event is now then. A panic is attributed to it.
+    /// Calls a part now, passes its traffic to the observer and schedules its next wake-up. If the
+    /// part has run ahead, now is its last event afterwards. A panic is attributed to it.
     pub(crate) fn call<O: Observer>(
         &mut self,
         part: usize,

@@ -56,8 +56,8 @@ pub trait Wire: Part {
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError>;
 
     /// Handles the events after `now` that are not visible to the host, each at its own instant
-    /// ([`PlantAccess::run_ahead`]), up to the next one that may be, but only those before `before`;
-    /// returns the time of the last one. By default it handles none.
+    /// ([`PlantAccess::run_ahead`]), up to the next one that may be, but only those before
+    /// `before`; returns the time of the last one. By default it handles none.
     ///
     /// # Errors
     /// As [`Wire::advance`].

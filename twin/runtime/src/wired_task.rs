@@ -97,8 +97,8 @@ impl WiredTask {
         }
     }
 
-    /// Passes the bytes read, if any, and the time to the driver, and its bytes to the wire; returns
-    /// whether there was anything to be done.
+    /// Passes the bytes read, if any, and the time to the driver, and its bytes to the wire;
+    /// returns whether there was anything to be done.
     fn serve_driver(&mut self, now: SimTime, read: bool) -> bool {
         let (driver, bytes) = (&mut self.driver, &self.wire.received);
         let mut active = in_part(PartKind::Driver, &self.wire.name, || {
