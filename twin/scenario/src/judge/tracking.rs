@@ -64,6 +64,10 @@ impl CommandedGait {
 #[derive(Clone, Debug)]
 pub struct Tracking {
     legs: Vec<LegTracking>,
+    /// Whether a drive or the clearance of a foot is in each group.
+    reads: [bool; 4],
+    /// Last observation of each group.
+    observed: [Option<SimTime>; 4],
     ramp: f64,
     /// Times of the first command and of the end of the ramp; none before the first command.
     started: Option<[SimTime; 2]>,
@@ -102,8 +106,8 @@ struct DriveTracking {
     torque: Option<usize>,
     limits: Option<DriveLimits>,
     commanded: Option<f64>,
-    /// Last observation.
-    last: Option<(SimTime, f64)>,
+    /// Position in the last observation of its group.
+    last: Option<f64>,
     /// Statistics of the ramp, and of the gait at its full size.
     ramp: DriveStatistics,
     full: DriveStatistics,
@@ -121,11 +125,11 @@ struct DriveStatistics {
 }
 
 impl DriveTracking {
-    /// Evaluates a sample, in the ramp or after it.
+    /// Evaluates a sample, `elapsed` seconds after the last, in the ramp or after it.
     #[inline]
-    fn sample(&mut self, now: SimTime, values: &[f64], in_ramp: bool) {
+    fn sample(&mut self, now: SimTime, elapsed: f64, values: &[f64], in_ramp: bool) {
         let position = values[self.position];
-        let last = self.last.replace((now, position));
+        let last = self.last.replace(position);
         let Some(commanded) = self.commanded else {
             return;
         };
@@ -140,10 +144,8 @@ impl DriveTracking {
         if error.abs() > of.peak {
             (of.peak, of.peak_at) = (error.abs(), now);
         }
-        if let (Some(limits), Some(torque), Some((before, from))) =
-            (&self.limits, self.torque, last)
-        {
-            let rate = (position - from) / (now - before).as_secs_f64();
+        if let (Some(limits), Some(torque), Some(from)) = (&self.limits, self.torque, last) {
+            let rate = (position - from) / elapsed;
             of.periods += 1;
             of.saturated += u64::from(limits.saturates(values[torque], rate));
         }
@@ -219,8 +221,17 @@ impl Tracking {
             };
             omit(&mut left_out, "saturation of the drives", why);
         }
+        let reads = layouts.groups().map(|(group, _)| {
+            legs.iter().any(|leg| {
+                let mut drives = leg.drives.iter();
+                drives.any(|drive| drive.group == group)
+                    || leg.clearance.is_some_and(|(of, _)| of == group)
+            })
+        });
         Some(Tracking {
             legs,
+            reads,
+            observed: [None; 4],
             ramp: gait.ramp,
             started: None,
             numbers: gait
@@ -245,9 +256,14 @@ impl Tracking {
         if let Some(numbers) = self.numbers.as_mut().filter(|_| !in_ramp) {
             numbers.samples(now, group, values);
         }
+        if !self.reads[group as usize] {
+            return;
+        }
+        let last = self.observed[group as usize].replace(now);
+        let elapsed = last.map_or(0.0, |last| (now - last).as_secs_f64());
         for leg in &mut self.legs {
             for drive in leg.drives.iter_mut().filter(|drive| drive.group == group) {
-                drive.sample(now, values, in_ramp);
+                drive.sample(now, elapsed, values, in_ramp);
             }
             if let (Some((of, element)), Some(greatest)) = (leg.clearance, &mut leg.lifts.greatest)
                 && of == group
