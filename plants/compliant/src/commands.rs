@@ -60,13 +60,15 @@ impl Commands<Quad> {
     /// Returns whether the commands begin where others end, up to rounding errors of a ramp.
     pub fn continues(&self, end: &Self) -> bool {
         const ROUND_OFF: f64 = 1e-13;
-        let starts = |commands: &Self| {
-            let [hip, knee, [at_hip, at_knee]] = [commands.hip, commands.knee, commands.damping];
-            [hip[0], knee[0], at_hip, at_knee]
+        // All lanes of a pair are compared without a branch in between.
+        let is_near = |a: &Quad, b: &Quad| {
+            let near = |lane: usize| (a.0[lane] - b.0[lane]).abs() <= ROUND_OFF;
+            near(0) & near(1) & near(2) & near(3)
         };
-        let pairs = starts(self).into_iter().zip(starts(end));
-        let mut pairs = pairs.flat_map(|(a, b)| a.0.into_iter().zip(b.0));
-        pairs.all(|(a, b)| (a - b).abs() <= ROUND_OFF)
+        is_near(&self.hip[0], &end.hip[0])
+            && is_near(&self.knee[0], &end.knee[0])
+            && is_near(&self.damping[0], &end.damping[0])
+            && is_near(&self.damping[1], &end.damping[1])
     }
 
     /// Returns the set-points after some time, at rest.

@@ -59,7 +59,7 @@ impl<E: Equations> Readings for Flow<E> {
     }
 
     fn hip_torque(&self, leg: usize) -> f64 {
-        self.mean(|sums| sums.hip, leg) + self.rotor_torques(leg)[0]
+        self.mean(|sums| &sums.hip, leg) + self.hip_rotor_torque(leg)
     }
 
     fn pulley(&self, leg: usize) -> f64 {
@@ -71,11 +71,11 @@ impl<E: Equations> Readings for Flow<E> {
     }
 
     fn knee_torque(&self, leg: usize) -> f64 {
-        self.mean(|sums| sums.knee, leg) + self.rotor_torques(leg)[1]
+        self.mean(|sums| &sums.knee, leg) + self.pulley_rotor_torque(leg)
     }
 
     fn cable_tension(&self, leg: usize) -> f64 {
-        self.mean(|sums| sums.cable, leg)
+        self.mean(|sums| &sums.cable, leg)
     }
 
     fn angles(&self, leg: usize) -> [f64; 3] {
@@ -91,7 +91,8 @@ impl<E: Equations> Readings for Flow<E> {
     }
 
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
-        self.sums.ground.map(|quad| quad.0[leg])
+        let [x, y, z] = &self.sums.ground;
+        [x.0[leg], y.0[leg], z.0[leg]]
     }
 }
 

@@ -312,9 +312,9 @@ impl<E: Equations> Flow<E> {
     /// Advances by `seconds`.
     ///
     /// # Errors
-    /// [`FlowError`]; everything is as before then.
+    /// [`FlowError`]; everything is as before then, but for the slope, which is forgotten.
     pub fn step(&mut self, seconds: f64) -> Result<(), FlowError> {
-        let (state, slope, sums) = (self.state, self.slope, self.sums);
+        let (state, sums) = (self.state, self.sums);
         let (control, ledger, events) = (self.control, self.ledger, self.log.len());
         let done = self.equations.step(
             self.features,
@@ -332,7 +332,7 @@ impl<E: Equations> Flow<E> {
         self.close_ledger();
         let done = done.map_err(FlowError::from);
         if let Err(error) = done.and_then(|()| self.check_energy(seconds)) {
-            (self.state, self.slope, self.sums) = (state, slope, sums);
+            (self.state, self.slope, self.sums) = (state, None, sums);
             (self.control, self.ledger) = (control, ledger);
             self.log.truncate(events);
             return Err(error);
@@ -407,22 +407,28 @@ impl<E: Equations> Flow<E> {
     }
 
     /// Returns the mean of a force or torque over the last step.
-    pub(crate) fn mean(&self, of: impl Fn(&Flows<Quad>) -> Quad, leg: usize) -> f64 {
-        let [before, after] = [&self.sums_before, &self.sums].map(|sums| of(sums).0[leg]);
-        self.per_step(after - before)
+    #[inline]
+    pub(crate) fn mean(&self, of: impl Fn(&Flows<Quad>) -> &Quad, leg: usize) -> f64 {
+        self.per_step(of(&self.sums).0[leg] - of(&self.sums_before).0[leg])
     }
 
-    /// Returns the mean torques that accelerated the rotors of hip and pulley in the last step
-    /// \[N·m\].
-    pub(crate) fn rotor_torques(&self, leg: usize) -> [f64; 2] {
-        let inertias = self.equations.laws().inertias();
-        let driven = self.equations.driven(&self.state);
-        let now = [driven.hip_rate, driven.pulley_rate];
-        std::array::from_fn(|i| {
-            inertias[i] * self.per_step(now[i].0[leg] - self.rates_before[i].0[leg])
-        })
+    /// Returns the mean torque that accelerated the rotor of a hip in the last step \[N·m\].
+    #[inline]
+    pub(crate) fn hip_rotor_torque(&self, leg: usize) -> f64 {
+        let [inertia, _] = self.equations.laws().inertias();
+        let rate = self.equations.driven(&self.state).hip_rate;
+        inertia * self.per_step(rate.0[leg] - self.rates_before[0].0[leg])
     }
 
+    /// Returns the same of a pulley \[N·m\].
+    #[inline]
+    pub(crate) fn pulley_rotor_torque(&self, leg: usize) -> f64 {
+        let [_, inertia] = self.equations.laws().inertias();
+        let rate = self.equations.driven(&self.state).pulley_rate;
+        inertia * self.per_step(rate.0[leg] - self.rates_before[1].0[leg])
+    }
+
+    #[inline]
     fn per_step(&self, change: f64) -> f64 {
         if self.step_seconds > 0.0 {
             change / self.step_seconds

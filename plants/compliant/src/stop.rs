@@ -143,21 +143,24 @@ impl<L: Lanes> Ends<L> {
     #[inline(always)]
     pub fn both(&self, [sine, cosine]: [L; 2]) -> [End<L>; 2] {
         let sine = sine.max(sine.like(TINY));
-        let end = |[a, from]: [L; 2], cosine: L| {
-            let u = (cosine + 1.0) / sine;
-            End {
-                depth: a * (u - from),
-                slope: a * (u * u + 1.0) * 0.5,
-            }
-        };
-        let bottomed = end(self.bottomed, -cosine);
+        let bottomed = Self::reached(self.bottomed, sine, -cosine);
         [
-            end(self.extended, cosine),
+            Self::reached(self.extended, sine, cosine),
             End {
                 slope: -bottomed.slope,
                 ..bottomed
             },
         ]
+    }
+
+    /// Returns the stop with a and u₀, for the sine of the bend and the cosine towards it.
+    #[inline(always)]
+    fn reached([a, from]: [L; 2], sine: L, cosine: L) -> End<L> {
+        let u = (cosine + 1.0) / sine;
+        End {
+            depth: a * (u - from),
+            slope: a * (u * u + 1.0) * 0.5,
+        }
     }
 }
 

@@ -142,10 +142,12 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
         self.model.rigid.drives.as_ref()
     }
 
+    #[inline]
     fn laws(&self) -> &DriveLaws {
         &self.model.drives
     }
 
+    #[inline]
     fn hip_references(&self) -> &[f64] {
         &self.hip_references
     }
@@ -187,6 +189,7 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
         TrunkState::from(state.trunk())
     }
 
+    #[inline]
     fn driven(&self, state: &Self::State) -> DriveState {
         DriveState {
             hip: state.angles[0],
@@ -196,6 +199,7 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
         }
     }
 
+    #[inline]
     fn angles(&self, state: &Self::State, leg: usize) -> [f64; 3] {
         std::array::from_fn(|i| state.angles[i].0[leg])
     }

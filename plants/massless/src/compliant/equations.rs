@@ -112,10 +112,12 @@ impl Equations for CompliantEquations {
         self.model.rigid.drives.as_ref()
     }
 
+    #[inline]
     fn laws(&self) -> &DriveLaws {
         &self.model.drives
     }
 
+    #[inline]
     fn hip_references(&self) -> &[f64] {
         &self.hip_references
     }
@@ -166,6 +168,7 @@ impl Equations for CompliantEquations {
         TrunkState::from(state.trunk())
     }
 
+    #[inline]
     fn driven(&self, state: &Self::State) -> DriveState {
         DriveState {
             hip: state.angles[0],
@@ -175,6 +178,7 @@ impl Equations for CompliantEquations {
         }
     }
 
+    #[inline]
     fn angles(&self, state: &Self::State, leg: usize) -> [f64; 3] {
         state.angles.map(|quad| quad.0[leg])
     }
