@@ -12,6 +12,27 @@
 //! slopes at its end is their estimate: of a foot that lands in the second half it notices nothing.
 //! With unequal stages gaits need a sixth less evaluations for the same error of the trunk, and a
 //! third less for the same residual of the energy; pairs of order 3 and 5 need more.
+//!
+//! # What longer substeps would cost
+//!
+//! In stance and in swing, legs of Cheetah-cub have motions with rates of −560 ± 1370i 1/s, between
+//! both −4000 1/s: the method is stable in substeps of 1.9 ms and of 0.7 ms. Evaluations in a
+//! millisecond and residual of the energy for errors of 20 µm, over two seconds of trot, walk and
+//! obstacle on both plants, by methods that take the 2 ms between two commands at once where the
+//! error permits:
+//!
+//! | method | evaluations | residual |
+//! |---|---|---|
+//! | this, substeps up to 1 ms | 5.5 | 2e-6 |
+//! | this, up to 2 ms | 5.7 | 2e-6 |
+//! | this, touch-downs located exactly, at no cost | 5.4 | 3e-6 |
+//! | five stages, order 4, stable up to 2 ms | 5.6 | 3e-5 |
+//! | seven stages, order 4, stable up to −14/h | 6.8 | 2e-5 |
+//! | Dormand and Prince, touch-downs located likewise | 7.9 | 7e-5 |
+//! | Bogacki and Shampine | 7.1 | 2e-5 |
+//!
+//! What costs is the motion after a touch-down, with its kinks where the damper and the bristle
+//! engage: it has a quarter of the time and half of the evaluations, whatever the order.
 
 /// Instants of the second and the third stage as shares of a substep, and the weights of the slopes
 /// in the states of the stages.
