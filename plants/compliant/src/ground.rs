@@ -112,6 +112,11 @@ impl<L: Lanes> Below<L> {
         if matches!(ground.terrain, Terrain::Flat) {
             return Self::level(&trunk.rotation, simd.splat(trunk.position[2]), point);
         }
+        if matches!(ground.terrain, Terrain::Levels(_))
+            && let Some(below) = Self::on_levels(simd, ground, trunk, point)
+        {
+            return below;
+        }
         Self::shaped(simd, ground, &trunk.rotation, trunk.position, point)
     }
 
@@ -129,6 +134,27 @@ impl<L: Lanes> Below<L> {
             ],
             in_world: None,
         }
+    }
+
+    /// Returns level ground of any heights; none where an edge is nearer to a point than its level.
+    /// Of such points the bits are those of [`Self::shaped`].
+    #[inline(always)]
+    fn on_levels<S: Simd<Lanes = L>>(
+        simd: S,
+        ground: &Ground,
+        trunk: &TrunkMotion,
+        point: &Point<L>,
+    ) -> Option<Self> {
+        let ([x, y, z], ahead) = (point.place, trunk.rotation[0]);
+        let along = simd.splat(trunk.position[0]) + x * ahead[0] + y * ahead[1] + z * ahead[2];
+        let level = Self::level(&trunk.rotation, simd.splat(trunk.position[2]), point);
+        let (along, above) = (along.quad().0, level.gap.quad().0);
+        let mut heights = [0.0; LANES];
+        for lane in 0..LANES {
+            heights[lane] = ground.level_alone(along[lane], above[lane])?;
+        }
+        let gap = level.gap - simd.load(Quad(heights));
+        Some(Self { gap, ..level })
     }
 
     /// Returns shaped ground.

@@ -120,6 +120,17 @@ impl Ground {
         }
     }
 
+    /// Returns the height of the level above or below which a point is, where that is certainly the
+    /// ground [nearest](Self::nearest) to it \[m\]; none elsewhere, and on ground without levels.
+    #[inline]
+    pub fn level_alone(&self, x: f64, z: f64) -> Option<f64> {
+        match &self.terrain {
+            Terrain::Flat => Some(0.0),
+            Terrain::Levels(levels) => levels.level_alone(x, z),
+            Terrain::Heights(_) => None,
+        }
+    }
+
     /// The ground below a point.
     pub fn below(&self, point: &Vector3<f64>) -> Surface {
         match &self.terrain {

@@ -93,6 +93,19 @@ impl Levels {
         }
         nearest
     }
+
+    /// Returns the height of the level above or below which a point is, where that is the surface
+    /// [nearest](Self::nearest) to it because no edge is nearer \[m\]; none elsewhere.
+    #[inline]
+    pub(crate) fn level_alone(&self, x: f64, z: f64) -> Option<f64> {
+        let index = self.level_at(x);
+        let own = self.height_of(index);
+        let from_level = (z - own).abs();
+        let is_clear = |edge: &Edge| (x - edge.x).abs() >= from_level;
+        let before = index.checked_sub(1).map(|edge| &self.edges[edge]);
+        let beyond = self.edges.get(index);
+        (before.is_none_or(is_clear) && beyond.is_none_or(is_clear)).then_some(own)
+    }
 }
 
 /// Returns the wall and the edge of a higher neighbour, for a point above its own level at the
@@ -192,6 +205,27 @@ mod tests {
             (0.1..0.3_f64, -0.1..0.1_f64)
                 .prop_map(|(length, height)| Levels::strip(0.2, length, height)),
         ]
+    }
+
+    proptest! {
+        #[test]
+        fn level_alone_is_the_nearest_surface(
+            x in -0.5..1.0_f64, z in -0.2..0.2_f64, height in -0.1..0.1_f64, is_strip in any::<bool>(),
+        ) {
+            let levels = if is_strip {
+                Levels::strip(0.0, 0.3, height)
+            } else {
+                Levels::step_down(0.0, -height)
+            };
+            let nearest = levels.nearest(&Vector3::new(x, 0.0, z));
+            if let Some(own) = levels.level_alone(x, z) {
+                prop_assert_eq!(own, levels.height(x));
+                prop_assert_eq!(nearest, level(z - own));
+            } else {
+                let edges = levels.edges.iter().map(|edge| (x - edge.x).abs());
+                prop_assert!(edges.fold(f64::INFINITY, f64::min) < (z - levels.height(x)).abs());
+            }
+        }
     }
 
     proptest! {
