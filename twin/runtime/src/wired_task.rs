@@ -63,23 +63,33 @@ impl WiredTask {
         }
     }
 
-    /// Exchanges bytes between driver and wire until neither has any left at this time.
+    /// Exchanges bytes between driver and wire until neither has any left at this time; `read`:
+    /// beginning with those that were read.
     fn exchange(
         &mut self,
         now: SimTime,
+        mut read: bool,
         plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
-        loop {
-            let read = self.wire.receive(now, plant)?;
-            if !self.serve_driver(now, read) {
-                break;
-            }
+        // What the driver has written may be answered at once.
+        while self.serve_driver(now, read) || self.is_due(now) {
+            read = self.wire.receive(now, plant)?;
         }
         if self.busy {
             let busy = in_part(PartKind::Driver, &self.wire.name, || self.driver.is_busy());
             self.busy = busy.map_err(device_error)?;
         }
         Ok(self.progress(now))
+    }
+
+    /// Exchanges bytes after a call of the driver.
+    fn begin_exchange(
+        &mut self,
+        now: SimTime,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<Progress, TaskError> {
+        let read = self.wire.receive(now, plant)?;
+        self.exchange(now, read, plant)
     }
 
     /// Returns whether the time-out of the driver is due.
@@ -98,26 +108,25 @@ impl WiredTask {
     }
 
     /// Passes the bytes read, if any, and the time to the driver, and its bytes to the wire;
-    /// returns whether there was anything to be done.
+    /// returns whether there are any.
     fn serve_driver(&mut self, now: SimTime, read: bool) -> bool {
         let (driver, bytes) = (&mut self.driver, &self.wire.received);
-        let mut active = in_part(PartKind::Driver, &self.wire.name, || {
+        in_part(PartKind::Driver, &self.wire.name, || {
             if read {
                 driver.handle_bytes(host_time(now), bytes);
             }
-            let due = driver.poll_timeout().is_some_and(|at| at <= host_time(now));
-            if due {
+            if driver.poll_timeout().is_some_and(|at| at <= host_time(now)) {
                 driver.handle_timeout(host_time(now));
             }
-            read || due
         });
+        let mut wrote = false;
         while self.transmit() {
-            active = true;
+            wrote = true;
             self.wire
                 .send(&self.bytes, |wire, bytes| wire.send(now, bytes));
         }
         self.timeout = timeout(&*self.driver);
-        active
+        wrote
     }
 
     /// Reads the next bytes to be written from the driver; returns whether there are any.
@@ -184,7 +193,7 @@ impl IoTask for WiredTask {
         in_part(PartKind::Driver, &self.wire.name, || {
             driver.open(host_time(now));
         });
-        self.exchange(now, plant)
+        self.begin_exchange(now, plant)
     }
 
     fn begin(
@@ -198,7 +207,7 @@ impl IoTask for WiredTask {
         in_part(PartKind::Driver, &self.wire.name, || {
             driver.begin(host_time(now), from_process);
         });
-        self.exchange(now, plant)
+        self.begin_exchange(now, plant)
     }
 
     /// Handles the events of the wire until there is something for the driver.
@@ -210,8 +219,7 @@ impl IoTask for WiredTask {
         loop {
             let read = self.wire.receive(now, plant)?;
             if read || self.is_due(now) {
-                self.serve_driver(now, read);
-                return self.exchange(now, plant);
+                return self.exchange(now, read, plant);
             }
             if self.traced {
                 return Ok(self.progress(now));

@@ -156,7 +156,8 @@ impl MotorBench {
 
     /// Sets the inputs of the shafts whose inputs differ from the last ones.
     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {
-        let pairs = inputs.chunks_exact(2).zip(self.inputs.chunks_exact_mut(2));
+        let pairs = inputs.as_chunks().0.iter();
+        let pairs = pairs.zip(self.inputs.as_chunks_mut::<2>().0);
         for (i, (inputs, last)) in pairs.enumerate() {
             if inputs == last {
                 continue;
@@ -170,7 +171,7 @@ impl MotorBench {
                     why: "the input is not a number".to_owned(),
                 });
             }
-            last.copy_from_slice(inputs);
+            *last = *inputs;
             self.drives[i] = self.models[i % JOINTS.len()].drive(inputs[0], inputs[1]);
         }
         Ok(())
