@@ -116,10 +116,9 @@ impl Controller {
     pub fn counters_at(&self, now: SimTime) -> ControllerCounters {
         let busy = !matches!(self.bus, Bus::Free);
         let ahead = u64::from(now < self.ahead_until);
-        let ended = u64::from(self.received_by(now));
         ControllerCounters {
             requests: self.counters.requests - ahead,
-            answers: self.counters.answers - ahead + ended,
+            answers: self.counters.answers - ahead,
             overflows: self.receiver.overflows(now, busy),
             garbage: self.receiver.garbage,
             ..self.counters
@@ -130,10 +129,6 @@ impl Controller {
     /// one on.
     pub fn handle_link(&mut self, now: SimTime, piece: Piece<'_>) {
         self.now = self.now.max(now);
-        if self.received_by(now) {
-            // No time-out was required for it: nothing was to be done then.
-            self.end_received();
-        }
         let interruption = self.receiver.interruption();
         if let Some(at) = interruption.filter(|at| *at < piece.first) {
             self.end_interrupted(at);
@@ -203,9 +198,6 @@ impl Controller {
 
     /// Returns the time of the next required call of [`Controller::handle_timeout`].
     pub fn poll_timeout(&self) -> Option<SimTime> {
-        if self.received_by(SimTime::MAX) && self.receiver.is_empty() {
-            return None;
-        }
         let deadline = self.deadline().map(|(at, _)| at);
         earlier(deadline, self.receiver.interruption())
     }

@@ -210,11 +210,6 @@ impl LinkReceiver {
         kept + usize::from(busy) + usize::from(in_advance) < self.packets_max
     }
 
-    /// Whether nothing is received or queued.
-    pub(crate) fn is_empty(&self) -> bool {
-        self.queue.is_empty() && self.current.received == 0
-    }
-
     /// Returns the request that will be the next one at `at`, if it is complete by then whatever
     /// is received meanwhile, and no other is refused.
     pub(crate) fn next_at(&self, at: SimTime) -> Option<&Entry> {

@@ -7,7 +7,8 @@ use crate::Piece;
 ///
 /// The bus delivers the bytes transmitted by others, complete by now ([`Node::receive`]), and then
 /// calls [`Node::advance`]; after each such call it polls [`Node::poll_transmit`],
-/// [`Node::min_bytes_needed`], [`Node::packet_address`] and [`Node::next_wake`], which change at no other time.
+/// [`Node::min_bytes_needed`], [`Node::packet_address`] and [`Node::next_wake`], which change at no
+/// other time.
 pub trait Node: Part {
     /// Name, for messages, diagnostics and faults: `LF`.
     fn name(&self) -> &str;

@@ -53,6 +53,8 @@ pub struct UsbSerial<L> {
     next_read: Option<SimTime>,
     /// Whether that depends on the time of the last poll.
     speculates: bool,
+    /// Time of the last call. The line may learn it later: what it reports for earlier is due now.
+    now: SimTime,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -146,6 +148,7 @@ impl<L: Line> UsbSerial<L> {
             next_completion: None,
             next_read: None,
             speculates: false,
+            now: SimTime::ZERO,
         })
     }
 
@@ -345,10 +348,11 @@ impl<L: Line> Wire for UsbSerial<L> {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        earlier(self.line_wake, self.next_read)
+        earlier(self.line_wake, self.next_read).map(|wake| wake.max(self.now))
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.now = now;
         // Bytes are pulled with their times, however late, but the line requires all its own
         // instants.
         let (mut late, mut received) = (false, false);
@@ -384,6 +388,7 @@ impl<L: Line> Wire for UsbSerial<L> {
         let before = self.next_read.map_or(before, |read| read.min(before));
         let now = self.line.run_ahead(now, before, plant)?;
         self.line_wake = self.line.next_wake();
+        self.now = now;
         Ok(now)
     }
 

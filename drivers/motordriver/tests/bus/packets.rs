@@ -215,6 +215,7 @@ impl Host {
     }
 
     fn advance(&mut self, now: SimTime) {
+        assert!(now >= self.plant.now(), "what is visible was passed over");
         self.plant.set_now(now);
         self.wire.advance(now, &mut self.plant).unwrap();
         let mut read = Vec::new();
@@ -320,4 +321,54 @@ fn packets_and_bytes_give_the_same_bits() {
     // In half of the configurations the bus is direct, traced or patient, or a board is of the
     // first generation; the draws are of a fixed seed in CI.
     assert!(4 * packets > transmissions, "{packets} of {transmissions}");
+}
+
+/// A board ticks while its answer and the next request garble each other: the bytes so far are seen.
+#[test]
+fn disturbed_bytes_are_received_at_ticks_within_them() {
+    let micros = SimDuration::from_micros;
+    let request = |id, instruction, payload: &[u8]| {
+        let (to, mut bytes) = (Address::new(1, id).unwrap(), Vec::new());
+        Request::new(to, instruction, payload)
+            .unwrap()
+            .emit(&mut bytes);
+        bytes
+    };
+    let cycle = || request(1, Instruction::LOW_LATENCY, &[0; 4]);
+    let mut config = BusConfig {
+        topology: BusTopology::Controller(ControllerConfig {
+            timeout: micros(17),
+            packets_max: 2,
+            ..ControllerConfig::default()
+        }),
+        usb: UsbTiming::preset(UsbPreset::Earliest),
+        byte_time: micros(2),
+        turnaround: micros(15),
+        ..BusConfig::default()
+    };
+    config.usb.frame_offset = micros(116);
+    let clocks = [0, 1, 2, 3].map(|board| if board == 1 { micros(444) } else { micros(0) });
+    let mut config = with_clocks(config, [0, -561_833, 0, 0], clocks);
+    for (n, board) in config.boards.iter_mut().enumerate() {
+        board.present = n == 1;
+    }
+    let frame = [request(2, Instruction::PING, &[]), cycle()].concat();
+    let writes = [
+        (2_308, cycle()),
+        (432, cycle()),
+        (38, cycle()),
+        (71, cycle()),
+        (535, frame),
+    ];
+    let writes = writes.into_iter().chain([(11, cycle()), (163, cycle())]);
+    let writes: Vec<Write> = writes
+        .map(|(gap, bytes)| Write {
+            gap: micros(gap),
+            bytes,
+        })
+        .collect();
+    let [found, expected] = [true, false]
+        .map(|by_packet| run(&config, by_packet, &writes, &[(micros(163), false)]).seen);
+    assert_eq!(found.read, expected.read);
+    assert_eq!(found.diagnostics, expected.diagnostics);
 }

@@ -27,9 +27,13 @@ const TICKS: u64 = LEGS.len() as u64;
 
 #[test]
 fn controller_cycle_takes_one_wake_per_packet_and_one_per_read() {
-    // Per board: end of the request.
+    // Per board: end of the request. The last answer ends apart.
     let found = wakes(&BusConfig::default(), millis(2));
-    assert_eq!(found / 500, 2 * TICKS + TICKS + 4, "{found} in 500 cycles");
+    assert_eq!(
+        found / 500,
+        2 * TICKS + TICKS + 1 + 4,
+        "{found} in 500 cycles"
+    );
 }
 
 #[test]
@@ -82,7 +86,8 @@ fn every_answer_is_computed_as_a_whole_and_a_board_adds_its_ticks_only() {
         after.instants - before.instants
     };
     let (none, eight) = (work(0), work(8));
-    // Ends of four requests, and the common ticks of the four boards; those of others are apart.
-    assert_eq!(none, 500 * TICKS + 1_000);
+    // Ends of four requests and of the last answer, and the common ticks of the four boards; those
+    // of others are apart.
+    assert_eq!(none, 500 * (TICKS + 1) + 1_000);
     assert_eq!(eight, none + 8_000);
 }

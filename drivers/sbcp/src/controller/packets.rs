@@ -77,14 +77,9 @@ impl Controller {
     }
 
     /// Ends a valid answer received in advance.
-    pub(super) fn end_received(&mut self) {
+    fn end_received(&mut self) {
         if let Bus::Received { last, .. } = self.bus {
             self.handle_deadline(last);
         }
-    }
-
-    /// Whether a valid answer received in advance has ended by `now`.
-    pub(super) fn received_by(&self, now: SimTime) -> bool {
-        matches!(self.bus, Bus::Received { progress: AnswerProgress::Valid, last, .. } if last <= now)
     }
 }

@@ -262,3 +262,42 @@ fn bytes_with_a_wrong_stop_bit_are_dropped_and_counted_on_both_sides() {
         assert_eq!(controller.counters().framing_errors, 1);
     }
 }
+
+/// The next request is on the bus as soon as the answer is known, but keeps its place in the buffer
+/// until the answer ends, and is counted then.
+#[test]
+fn whole_answer_changes_no_count_and_no_place_of_the_buffer_before_its_end() {
+    let counts = |whole: bool| {
+        let config = ControllerConfig {
+            packets_max: 2,
+            ..ControllerConfig::default()
+        };
+        let mut controller = Controller::new(config).unwrap();
+        controller.handle_link(at(100), piece(103, 3, &[request(0), request(1)].concat()));
+        let end = on_bus(&mut controller, 200).last().unwrap().0;
+        let answer = response(1);
+        let (first, last) = (end + 13, end + 13 + 63);
+        if whole {
+            assert!(controller.receive_packet(at(end), piece(first, 3, &answer)));
+        }
+        // The first is on the bus, the second waits: there is no place for a third one.
+        controller.handle_link(at(end + 5), piece(end + 10, 3, &request(2)));
+        let before = controller.counters_at(at(last - 1));
+        if !whole {
+            controller.handle_bus(at(last), piece(first, 3, &answer));
+        }
+        let after = controller.counters_at(at(last));
+        controller.handle_link(at(last + 1), piece(last + 5, 3, &request(3)));
+        let sent = on_bus(&mut controller, last + 40);
+        (before, after, sent)
+    };
+    let (whole, bytes) = (counts(true), counts(false));
+    assert_eq!(whole, bytes);
+    let (before, after, sent) = whole;
+    assert_eq!(
+        (before.requests, before.answers, before.overflows),
+        (1, 0, 1)
+    );
+    assert_eq!((after.requests, after.answers, after.overflows), (2, 1, 1));
+    assert_eq!(sent.len(), request(1).len());
+}
