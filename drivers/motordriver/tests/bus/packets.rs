@@ -323,7 +323,8 @@ fn packets_and_bytes_give_the_same_bits() {
     assert!(4 * packets > transmissions, "{packets} of {transmissions}");
 }
 
-/// A board ticks while its answer and the next request garble each other: the bytes so far are seen.
+/// A board ticks while its answer and the next request garble each other: the bytes received so far
+/// are seen.
 #[test]
 fn disturbed_bytes_are_received_at_ticks_within_them() {
     let micros = SimDuration::from_micros;
