@@ -265,6 +265,8 @@ fn bench_resumed_from_a_state_moves_bit_for_bit() {
     let inputs = [12.0, 1.0, -6.0, 1.0, 3.0, 1.0, 0.0, 0.0];
     let mut first = bench(&legs, Load::default());
     first.advance(at(3_000_000), &inputs).unwrap();
+    // The state of a run is that of an observation.
+    read(&mut first, "leg/LF/hip/position");
     let mut resumed = bench(&legs, Load::default());
     let state = first.state().unwrap();
     assert_eq!(resumed.resume_from(&state), Ok(Vec::new()));
@@ -281,4 +283,38 @@ fn bench_resumed_from_a_state_moves_bit_for_bit() {
     }
     let unknown = state.with("leg/XX/hip/position", &[0.0]);
     assert_eq!(resumed.resume_from(&unknown).unwrap().len(), 1);
+}
+
+/// A board reads its own motors only: what others do, and when, changes no bit of theirs.
+#[test]
+fn motion_of_a_leg_does_not_depend_on_the_instants_of_others() {
+    let position = |bench: &mut MotorBench, leg: &str| {
+        let layout = Layout::of(&bench.ports(), Direction::Output);
+        let signal = layout.find(&format!("leg/{leg}/hip/position")).unwrap();
+        let mut outputs = vec![f64::NAN; layout.len()];
+        let all = bench.observe_signals(signal.clone(), &mut outputs);
+        assert!(!all && outputs.iter().filter(|value| value.is_finite()).count() == 1);
+        outputs[signal.start].to_bits()
+    };
+    let (mut alone, mut beside) = (
+        bench(&["LF"], Load::default()),
+        bench(&["LF", "RH"], Load::default()),
+    );
+    let mut inputs = [0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0];
+    for tick in 1..200_u64 {
+        let now = at(tick * 1_000_000);
+        beside
+            .advance(at(now.as_nanos() - 331_700), &inputs)
+            .unwrap();
+        position(&mut beside, "RH");
+        inputs[4] = 24.0 - 0.1 * tick as f64;
+        alone.advance(now, &inputs[..4]).unwrap();
+        beside.advance(now, &inputs).unwrap();
+        assert_eq!(
+            position(&mut alone, "LF"),
+            position(&mut beside, "LF"),
+            "tick {tick}"
+        );
+        inputs[0] = 12.0 - 0.1 * tick as f64;
+    }
 }

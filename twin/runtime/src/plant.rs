@@ -1,4 +1,4 @@
-use std::ops::Add;
+use std::ops::{Add, Range};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -54,6 +54,14 @@ pub trait Plant: Send {
     /// commands applied since then have no effect on them. Observation changes no state: the
     /// trajectory does not depend on how often the plant is observed.
     fn observe(&mut self, outputs: &mut [f64]);
+
+    /// Writes at least the outputs `signals`; returns whether it has written all. A plant of
+    /// independent parts need not advance those that nobody reads. By default all are written.
+    fn observe_signals(&mut self, signals: Range<usize>, outputs: &mut [f64]) -> bool {
+        let _ = signals;
+        self.observe(outputs);
+        true
+    }
 
     /// Begins a new window for outputs that are means or sums over one (such as the mean load of a
     /// foot). The rig calls it at every instant of the observation grid, after [`Plant::observe`],

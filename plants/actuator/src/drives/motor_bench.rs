@@ -1,5 +1,7 @@
 //! Test bench of motors.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Direction, Port, SimTime, Snapshot, SnapshotError, Unit, signal};
 use twinrig_runtime::{EnergyBalance, Ledger, Plant, PlantFault, PlantState, WorkCounts};
@@ -32,12 +34,14 @@ pub struct BenchMotors {
 /// | `leg/LF/angles` | hip, 0, 0: joint angles of a leg with the hip only \[rad\] |
 /// | `energy/…` | as of a robot; spring, gravity and impact energies are zero \[J\] |
 ///
-/// All shafts start at rest at zero, and coast until a bridge closes.
+/// All shafts start at rest at zero, and coast until a bridge closes. Each is advanced only where
+/// its inputs change or it is read, and all at the observations; its torque is the mean since then.
 #[derive(Debug, Clone)]
 pub struct MotorBench {
     models: [ShaftModel; 2],
     legs: Vec<String>,
-    /// Hip and knee of each leg in turn.
+    /// Hip and knee of each leg in turn, each advanced only when its inputs change or it is
+    /// observed.
     shafts: Vec<ShaftState>,
     drives: Vec<Drive>,
     /// Last inputs of the shafts.
@@ -57,9 +61,11 @@ struct ShaftState {
     rate: f64,
     /// Mean over the last step \[N·m\].
     torque: f64,
+    /// Time to which it is advanced.
+    at: SimTime,
 }
 
-/// Requested measurement.
+/// Value of an output.
 #[derive(Debug, Clone, Copy)]
 enum Signal {
     /// With the index in [`signal::ENERGY`].
@@ -67,8 +73,7 @@ enum Signal {
     Position(usize),
     Rate(usize),
     Torque(usize),
-    /// Of the leg whose hip has this index.
-    Angles(usize),
+    Zero,
 }
 
 /// Serialised state.
@@ -81,19 +86,23 @@ struct Saved {
     steps: u64,
 }
 
-/// Measurement of a leg whose hip shaft has an index.
-type LegSignal = fn(usize) -> Signal;
+/// Values of a measurement of a leg whose hip shaft has an index; only the first, if it has one.
+type LegSignal = fn(usize) -> [Signal; 3];
 
 /// Measurements of a leg by their standard names. The knee shaft follows the hip shaft.
 const LEG: [(&str, LegSignal); 7] = [
-    (signal::HIP_POSITION, Signal::Position),
-    (signal::HIP_RATE, Signal::Rate),
-    (signal::HIP_TORQUE, Signal::Torque),
-    (signal::KNEE_POSITION, |hip| Signal::Position(hip + 1)),
-    (signal::KNEE_RATE, |hip| Signal::Rate(hip + 1)),
-    (signal::KNEE_TORQUE, |hip| Signal::Torque(hip + 1)),
-    ("angles", Signal::Angles),
+    (signal::HIP_POSITION, |hip| one(Signal::Position(hip))),
+    (signal::HIP_RATE, |hip| one(Signal::Rate(hip))),
+    (signal::HIP_TORQUE, |hip| one(Signal::Torque(hip))),
+    (signal::KNEE_POSITION, |hip| one(Signal::Position(hip + 1))),
+    (signal::KNEE_RATE, |hip| one(Signal::Rate(hip + 1))),
+    (signal::KNEE_TORQUE, |hip| one(Signal::Torque(hip + 1))),
+    ("angles", |hip| one(Signal::Position(hip))),
 ];
+
+const fn one(signal: Signal) -> [Signal; 3] {
+    [signal, Signal::Zero, Signal::Zero]
+}
 
 impl MotorBench {
     /// The ports of the motors of these legs, all outputs included.
@@ -154,12 +163,10 @@ impl MotorBench {
             .sum()
     }
 
-    /// Sets the inputs of the shafts whose inputs differ from the last ones.
+    /// Sets the inputs of the shafts whose inputs differ from the last ones, from now on.
     fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), PlantFault> {
-        let pairs = inputs.as_chunks().0.iter();
-        let pairs = pairs.zip(self.inputs.as_chunks_mut::<2>().0);
-        for (i, (inputs, last)) in pairs.enumerate() {
-            if inputs == last {
+        for (i, inputs) in inputs.as_chunks::<2>().0.iter().enumerate() {
+            if *inputs == self.inputs.as_chunks().0[i] {
                 continue;
             }
             if let Some(n) = inputs.iter().position(|input| !input.is_finite()) {
@@ -171,10 +178,50 @@ impl MotorBench {
                     why: "the input is not a number".to_owned(),
                 });
             }
-            *last = *inputs;
+            self.advance_shaft(i);
+            self.inputs[2 * i..2 * i + 2].copy_from_slice(inputs);
             self.drives[i] = self.models[i % JOINTS.len()].drive(inputs[0], inputs[1]);
         }
         Ok(())
+    }
+
+    /// Advances a shaft to now.
+    fn advance_shaft(&mut self, i: usize) -> &ShaftState {
+        let (shaft, drive) = (&mut self.shafts[i], &self.drives[i]);
+        if shaft.at == self.now {
+            return shaft;
+        }
+        let elapsed = self.now - shaft.at;
+        shaft.at = self.now;
+        if shaft.rate == 0.0 && drive.coasts() {
+            shaft.torque = 0.0;
+            return shaft;
+        }
+        let joint = i % JOINTS.len();
+        let model = &self.models[joint];
+        let (seconds, responses) = self.cache.find(elapsed, &self.models);
+        let step = model.step(drive, shaft.rate, &responses[joint], seconds);
+        shaft.position += step.travel;
+        shaft.rate = step.rate;
+        shaft.torque = step.torque;
+        self.ledger.actuator += step.motor_work;
+        self.ledger.dissipated += step.friction_work;
+        shaft
+    }
+
+    /// Advances all shafts to now.
+    fn advance_shafts(&mut self) {
+        for i in 0..self.shafts.len() {
+            self.advance_shaft(i);
+        }
+        self.ledger.close_step([self.kinetic(), 0.0, 0.0]);
+    }
+
+    /// Returns the bench with all shafts advanced to now.
+    fn advanced(&self) -> Self {
+        let mut bench = self.clone();
+        bench.advance_shafts();
+        bench
     }
 
     /// Computes the torque-rate lines of the shafts from their inputs.
@@ -186,7 +233,8 @@ impl MotorBench {
     }
 }
 
-/// Inputs of hip and knee, leg by leg; then the requested measurements, as ports and as signals.
+/// Inputs of hip and knee, leg by leg; then the requested measurements, as ports and as the signals
+/// of their values.
 fn signals(legs: &[String], requested: &dyn Fn(&str) -> bool) -> (Vec<Port>, Vec<Signal>) {
     let mut ports = Vec::new();
     for leg in legs {
@@ -198,14 +246,14 @@ fn signals(legs: &[String], requested: &dyn Fn(&str) -> bool) -> (Vec<Port>, Vec
         }
     }
     let mut signals = Vec::new();
-    let mut offer = |port: Port, signal: Signal| {
+    let mut offer = |port: Port, values: [Signal; 3]| {
         if requested(&port.name) {
+            signals.extend_from_slice(&values[..port.size]);
             ports.push(port);
-            signals.push(signal);
         }
     };
     for (index, standard) in signal::ENERGY.iter().enumerate() {
-        offer(standard.output(), Signal::Energy(index));
+        offer(standard.output(), one(Signal::Energy(index)));
     }
     for (i, leg) in legs.iter().enumerate() {
         for (name, measured) in LEG {
@@ -229,24 +277,6 @@ impl Plant for MotorBench {
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
         self.set_inputs(inputs)?;
-        let (seconds, responses) = self.cache.find(to - self.now, &self.models);
-        let mut kinetic = 0.0;
-        for (i, (shaft, drive)) in self.shafts.iter_mut().zip(&self.drives).enumerate() {
-            if shaft.rate == 0.0 && drive.coasts() {
-                shaft.torque = 0.0;
-                continue;
-            }
-            let joint = i % JOINTS.len();
-            let model = &self.models[joint];
-            let step = model.step(drive, shaft.rate, &responses[joint], seconds);
-            shaft.position += step.travel;
-            shaft.rate = step.rate;
-            shaft.torque = step.torque;
-            self.ledger.actuator += step.motor_work;
-            self.ledger.dissipated += step.friction_work;
-            kinetic += 0.5 * model.inertia() * step.rate * step.rate;
-        }
-        self.ledger.close_step([kinetic, 0.0, 0.0]);
         self.now = to;
         self.steps += 1;
         let checked = self.ledger.check();
@@ -258,28 +288,31 @@ impl Plant for MotorBench {
         })
     }
 
+    /// Advances all shafts, so that the motion does not depend on the signals requested.
     fn observe(&mut self, outputs: &mut [f64]) {
-        let balance = self.ledger.balance().values();
-        let mut place = 0;
-        for signal in &self.signals {
-            outputs[place] = match *signal {
-                Signal::Energy(index) => balance[index],
-                Signal::Position(shaft) => self.shafts[shaft].position,
-                Signal::Rate(shaft) => self.shafts[shaft].rate,
-                Signal::Torque(shaft) => self.shafts[shaft].torque,
-                Signal::Angles(hip) => {
-                    outputs[place + 1..place + 3].fill(0.0);
-                    place += 2;
-                    outputs[place - 2] = self.shafts[hip].position;
-                    0.0
-                }
+        self.advance_shafts();
+        let all = 0..outputs.len();
+        self.observe_signals(all, outputs);
+    }
+
+    fn observe_signals(&mut self, signals: Range<usize>, outputs: &mut [f64]) -> bool {
+        for place in signals {
+            outputs[place] = match self.signals[place] {
+                Signal::Energy(index) => self.energy().values()[index],
+                Signal::Position(shaft) => self.advance_shaft(shaft).position,
+                Signal::Rate(shaft) => self.advance_shaft(shaft).rate,
+                Signal::Torque(shaft) => self.advance_shaft(shaft).torque,
+                Signal::Zero => 0.0,
             };
-            place += 1;
         }
+        false
     }
 
     fn energy(&self) -> EnergyBalance {
-        self.ledger.balance()
+        if self.shafts.iter().all(|shaft| shaft.at == self.now) {
+            return self.ledger.balance();
+        }
+        self.advanced().ledger.balance()
     }
 
     fn work(&self) -> WorkCounts {
@@ -313,7 +346,8 @@ impl Plant for MotorBench {
     }
 
     fn state(&self) -> Option<PlantState> {
-        let shafts = self.shaft_names().into_iter().zip(&self.shafts);
+        let bench = self.advanced();
+        let shafts = self.shaft_names().into_iter().zip(&bench.shafts);
         let state = PlantState::at(self.now);
         Some(shafts.fold(state, |state, ([position, rate], shaft)| {
             state
@@ -326,7 +360,7 @@ impl Plant for MotorBench {
         let names = self.shaft_names();
         let mut lines = Vec::new();
         for (names, shaft) in names.iter().zip(&mut self.shafts) {
-            shaft.torque = 0.0;
+            (shaft.torque, shaft.at) = (0.0, from.time);
             for (name, value) in names.iter().zip([&mut shaft.position, &mut shaft.rate]) {
                 match from.get(name) {
                     Some(&[found]) if found.is_finite() => *value = found,
