@@ -1,9 +1,10 @@
 //! Contact points of the legs.
 
-use twinrig_compliant::lanes::Lanes;
-use twinrig_compliant::{Point, TrunkMotion, Turns};
+use twinrig_compliant::frame::Rotation;
+use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
+use twinrig_compliant::{Point, TrunkMotion, Turns, broadcast};
 
-use super::model::Legs;
+use super::model::{CompliantModel, Legs};
 use super::state::State;
 
 /// Computes the end of the first `links` links.
@@ -34,4 +35,43 @@ pub(crate) fn end_of<L: Lanes, const N: usize, const P: usize>(
             vz + (y * wx - x * wy + v[2]),
         ],
     }
+}
+
+/// Computation of the ends of the first `links` links: positions \[m\] and velocities \[m/s\],
+/// world frame.
+pub(crate) struct Ends<'a, const N: usize, const P: usize> {
+    pub(crate) model: &'a CompliantModel<N>,
+    pub(crate) state: &'a State<Quad, N, P>,
+    pub(crate) links: usize,
+}
+
+impl<const N: usize, const P: usize> Kernel for Ends<'_, N, P> {
+    type Output = [[Quad; 3]; 2];
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Self::Output {
+        let state = self.state.load(simd);
+        let legs = self.model.legs.load(simd);
+        let trunk = TrunkMotion::new(state.trunk());
+        let turns = Turns::new(&state.angles);
+        let end = end_of(&legs, &turns, &state, self.links, &trunk);
+        let zero = state.pulley.zero();
+        let [x, y, z] = broadcast(zero, trunk.position);
+        let [dx, dy, dz] = turned(&trunk.rotation, end.place);
+        let [u, v, w] = turned(&trunk.rotation, end.velocity);
+        [
+            [(x + dx).quad(), (y + dy).quad(), (z + dz).quad()],
+            [u.quad(), v.quad(), w.quad()],
+        ]
+    }
+}
+
+/// Transforms a vector of each leg from trunk to world axes.
+#[inline(always)]
+fn turned<L: Lanes>([a, b, c]: &Rotation, [x, y, z]: [L; 3]) -> [L; 3] {
+    [
+        x * a[0] + y * a[1] + z * a[2],
+        x * b[0] + y * b[1] + z * b[2],
+        x * c[0] + y * c[1] + z * c[2],
+    ]
 }

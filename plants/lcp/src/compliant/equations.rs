@@ -8,17 +8,19 @@ use twinrig_compliant::{
 };
 use twinrig_contact::Surface;
 use twinrig_kernel::signal;
-use twinrig_legged::{DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored};
+use twinrig_legged::{
+    DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
+};
 use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
 
+use super::contact::Ends;
 use super::energy::{Elements, StoredEnergy};
 use super::model::{CompliantEquations, CompliantModel};
 use super::motion::Advance;
 use super::state::{Slope, State};
 use crate::formulation::{Formulation, SavedFormulation};
 use crate::model::Model;
-use crate::model::feet;
 use crate::model::real::Lanes;
 use crate::model::start::start_state;
 use crate::model::state::State as RigidState;
@@ -84,22 +86,22 @@ pub(crate) fn compliant_state<const N: usize, const P: usize>(
     }
 }
 
-/// Returns a state in the form of the rigid model.
-fn rigid_state<const N: usize, const P: usize>(state: &State<Quad, N, P>) -> RigidState<Lanes, N> {
-    let lanes = |quad: Quad| Lanes::new(quad.0);
-    RigidState {
-        position: state.position.three(),
-        attitude: state.attitude.0,
-        velocity: state.velocity.three(),
-        turning: state.turning.three(),
-        angles: state.angles.map(lanes),
-        rates: state.rates.map(lanes),
-        pulley: lanes(state.pulley),
-        pulley_rate: lanes(state.pulley_rate),
-    }
-}
-
 impl<const N: usize, const P: usize> CompliantEquations<N, P> {
+    /// Returns the motion of the ends of the first `links` links.
+    fn ends(&self, state: &State<Quad, N, P>, links: usize) -> [FootMotion; LEGS] {
+        let model = &self.model;
+        let ends = Ends {
+            model,
+            state,
+            links,
+        };
+        let [position, velocity] = dispatch(Features::Detected, ends);
+        std::array::from_fn(|leg| FootMotion {
+            position: position.map(|quad| quad.0[leg]).into(),
+            velocity: velocity.map(|quad| quad.0[leg]).into(),
+        })
+    }
+
     /// Returns the state in a posture, with toes without load.
     fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P> {
         let zero = Quad::splat(0.0);
@@ -205,11 +207,22 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
     }
 
     fn feet(&self, state: &Self::State) -> [FootMotion; LEGS] {
-        feet::feet(&self.model.rigid, &rigid_state(state))
+        self.ends(state, 3)
     }
 
     fn surfaces(&self, state: &Self::State, feet: &[FootMotion; LEGS]) -> [Surface; LEGS] {
-        feet::surfaces(&self.model.rigid, &rigid_state(state), feet)
+        let ground = self.model.rigid.ground.as_ref();
+        let mut surfaces = surfaces_below(ground, feet);
+        // Of foot and toe, the point nearer to the ground is the contact point.
+        for links in 4..=N {
+            let tips = self.ends(state, links);
+            for (surface, below) in surfaces.iter_mut().zip(surfaces_below(ground, &tips)) {
+                if below.gap < surface.gap {
+                    *surface = below;
+                }
+            }
+        }
+        surfaces
     }
 
     fn visit(&self, state: &mut Self::State, to: &mut dyn FnMut(&mut Quad)) {

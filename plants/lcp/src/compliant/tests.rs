@@ -2,7 +2,7 @@ use proptest::prelude::*;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
 use twinrig_compliant::{DriveLaws, Element, Equations as _, FlowError, StepError};
 use twinrig_contact::Ground;
-use twinrig_legged::{Base, Drives, Dynamics as _};
+use twinrig_legged::{Base, Drives, Dynamics as _, Readings as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
 
 use super::equations::{CompliantFlow, compliant_state};
@@ -100,6 +100,32 @@ fn equal_without_constraints<const N: usize, const P: usize>(base: Base, spin: [
     for (a, b) in a.iter().zip(b) {
         assert!((a - b).abs() < 1e-12 * (1.0 + a.abs()), "{a} {b}");
     }
+}
+
+fn equal_feet<const N: usize, const P: usize>() {
+    let pose = ([20.0, -40.0, 55.0], [-3.0, 5.0, 8.0]);
+    let mut rigid = start::<N>(Base::Free, pose, Drives::None, Some(fixtures::flat()));
+    tumbling(&mut rigid);
+    // Beyond a quarter of a turn, too.
+    for angle in &mut rigid.run.state.angles {
+        *angle += crate::model::real::Lanes::new([0.0, 0.7, -1.4, 2.1]);
+    }
+    let flow = compliant::<N, P>(&rigid, compliance(), 1e-6, Features::Detected);
+    let (expected, feet) = (rigid.feet(), flow.feet());
+    let surfaces = [rigid.surfaces(&expected), flow.surfaces(&feet)];
+    for leg in 0..expected.len() {
+        let (a, b) = (expected[leg], feet[leg]);
+        assert!((a.position - b.position).norm() < 1e-14, "{a:?} {b:?}");
+        assert!((a.velocity - b.velocity).norm() < 1e-13, "{a:?} {b:?}");
+        let [a, b] = surfaces.each_ref().map(|of| of[leg].gap);
+        assert!((a - b).abs() < 1e-14, "{a} {b}");
+    }
+}
+
+#[test]
+fn feet_and_the_ground_below_are_those_of_the_rigid_model() {
+    equal_feet::<3, 1>();
+    equal_feet::<4, 2>();
 }
 
 #[test]
