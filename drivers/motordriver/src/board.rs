@@ -219,25 +219,23 @@ impl State {
         plant: &mut dyn PlantAccess,
     ) -> Result<[i32; 2], TaskError> {
         let registers = self.slave.registers_mut();
+        let sampled = plant.sample(signals.sampled.clone())?;
         let mut positions = [0; 2];
-        for (n, motor) in signals.motors.iter().enumerate() {
-            let angle = plant.sample(motor.position.clone())?[0];
-            positions[n] = self.scales[n].counts(angle);
+        for (n, &place) in signals.positions.iter().enumerate() {
+            positions[n] = self.scales[n].counts(sampled[place]);
             let word = Scale::position_word(positions[n]);
             self.reply.positions[n] = word;
             registers.set(measured.positions[n], word);
         }
         if let Some(range) = &signals.angles {
-            let angles = plant.sample(range.clone())?;
-            for (n, angle) in angles.iter().take(3).enumerate() {
+            for (n, angle) in sampled[range.clone()].iter().take(3).enumerate() {
                 let word = magnetic_word(*angle);
                 self.reply.magnetic[n] = word;
                 registers.set(measured.magnetic[n], word);
             }
         }
         if let Some(range) = &signals.force {
-            let force = plant.sample(range.clone())?;
-            for (n, newtons) in force.iter().take(3).enumerate() {
+            for (n, newtons) in sampled[range.clone()].iter().take(3).enumerate() {
                 let (word, saturated) = force_word(*newtons);
                 self.reply.force[n] = word;
                 self.saturated += u64::from(saturated);
