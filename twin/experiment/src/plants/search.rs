@@ -56,10 +56,6 @@ pub(crate) fn search(range: Range, mut probe: impl FnMut(SimDuration) -> Probe) 
         let (None, Some(limit)) = (&found.cut, found.stable) else {
             return found;
         };
-        // The longest step is stable: no longer one was tried, and no shorter one is in doubt.
-        if found.unstable.is_none() {
-            return found;
-        }
         let below = CHECKED_BELOW.map(|share| scaled(limit, share));
         let shorter = below.into_iter().filter(|&step| step >= range.least);
         let refuted = shorter.into_iter().find(|&step| {
@@ -198,7 +194,7 @@ mod tests {
         let all = search(RANGE, limit_at(u64::MAX));
         assert_eq!(
             (all.stable, all.unstable, all.probes),
-            (Some(RANGE.most), None, 1)
+            (Some(RANGE.most), None, 3)
         );
         let none = search(RANGE, limit_at(10));
         assert_eq!(
@@ -209,17 +205,19 @@ mod tests {
 
     #[test]
     fn an_island_of_stability_is_not_the_limit() {
-        // Stable up to 1 ms, and from 5 to 9 ms.
-        let found = search(RANGE, |step| {
-            let micros = step.as_nanos() / 1000;
-            if micros <= 1000 || (5000..=9000).contains(&micros) {
-                Probe::Stable
-            } else {
-                Probe::Unstable("outside".to_owned())
-            }
-        });
-        let limit = found.stable.unwrap().as_nanos();
-        assert!((950_000..=1_001_000).contains(&limit), "{limit}");
+        // Stable up to 1 ms, and in an island within the range or at its end.
+        for island in [5000..=9000, 70_000..=100_000] {
+            let found = search(RANGE, |step| {
+                let micros = step.as_nanos() / 1000;
+                if micros <= 1000 || island.contains(&micros) {
+                    Probe::Stable
+                } else {
+                    Probe::Unstable("outside".to_owned())
+                }
+            });
+            let limit = found.stable.unwrap().as_nanos();
+            assert!((950_000..=1_001_000).contains(&limit), "{limit}");
+        }
     }
 
     #[test]
