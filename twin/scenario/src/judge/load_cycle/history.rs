@@ -26,6 +26,11 @@ pub(super) enum Quantity {
 
 /// Number of quantities.
 const QUANTITIES: usize = 3;
+/// Number of legs whose sums are computed together.
+pub(super) const LANES: usize = 4;
+
+/// A value of each leg of a block.
+pub(super) type Lanes = [f64; LANES];
 
 /// Sums of all legs at multiples of an interval, linear between them.
 #[derive(Clone, Debug)]
@@ -37,10 +42,10 @@ pub(super) struct History {
     end: Option<SimTime>,
     end_s: f64,
     /// Increments of the last sample.
-    increments: Vec<f64>,
-    /// Rows of sums, the quantities of each leg in a row: those at the last instants, those at the
-    /// last sample, and those before the first one, which are zero.
-    rows: Vec<f64>,
+    increments: Vec<Lanes>,
+    /// Rows of sums, all blocks of legs of each quantity in a row: those at the last instants, those
+    /// at the last sample, and those before the first one, which are zero.
+    rows: Vec<Lanes>,
     /// Number of instants stored so far.
     count: usize,
 }
@@ -50,9 +55,17 @@ const LAST: usize = CAPACITY;
 /// Row of the sums before the first sample.
 const BEFORE: usize = CAPACITY + 1;
 
+/// A bin of the loads.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Bin {
+    /// Its begin.
+    edge: Edge,
+    pub increments: Lanes,
+}
+
 /// A time between two rows.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Edge {
+struct Edge {
     before: usize,
     after: usize,
     share: f64,
@@ -60,15 +73,15 @@ pub(super) struct Edge {
 
 impl History {
     pub fn new(legs: usize, thresholds: Thresholds) -> Self {
-        let width = legs * QUANTITIES;
+        let width = legs.div_ceil(LANES) * QUANTITIES;
         History {
             thresholds,
             on_ground: vec![false; legs],
             start_s: 0.0,
             end: None,
             end_s: 0.0,
-            increments: vec![0.0; width],
-            rows: vec![0.0; width * (BEFORE + 1)],
+            increments: vec![[0.0; LANES]; width],
+            rows: vec![[0.0; LANES]; width * (BEFORE + 1)],
             count: 0,
         }
     }
@@ -76,6 +89,11 @@ impl History {
     /// Returns the number of legs.
     pub fn legs(&self) -> usize {
         self.on_ground.len()
+    }
+
+    /// Returns the number of blocks of legs.
+    pub fn blocks(&self) -> usize {
+        self.legs().div_ceil(LANES)
     }
 
     /// Returns the time of the first sample \[s\].
@@ -102,9 +120,8 @@ impl History {
         };
         self.end_s = now.as_secs_f64();
         let elapsed_s = (now - last).as_secs_f64();
-        let legs = self.on_ground.iter_mut();
-        let legs = legs.zip(self.increments.chunks_exact_mut(QUANTITIES));
-        for (load, (on_ground, increments)) in loads.zip(legs) {
+        let blocks = self.blocks();
+        for (leg, (load, on_ground)) in loads.zip(&mut self.on_ground).enumerate() {
             let was_on_ground = *on_ground;
             *on_ground = if was_on_ground {
                 load >= self.thresholds.lift_off
@@ -117,9 +134,16 @@ impl History {
                 0.0
             };
             let touches_down = *on_ground && !was_on_ground;
-            increments[Quantity::Impulse as usize] = load * elapsed_s;
-            increments[Quantity::ContactTime as usize] = if *on_ground { elapsed_s } else { 0.0 };
-            increments[Quantity::TouchDowns as usize] = f64::from(u8::from(touches_down));
+            let mut put = |quantity: Quantity, increment: f64| {
+                let place = quantity as usize * blocks + leg / LANES;
+                self.increments[place][leg % LANES] = increment;
+            };
+            put(Quantity::Impulse, load * elapsed_s);
+            put(
+                Quantity::ContactTime,
+                if *on_ground { elapsed_s } else { 0.0 },
+            );
+            put(Quantity::TouchDowns, f64::from(u8::from(touches_down)));
         }
         self.store(last, now);
     }
@@ -136,19 +160,15 @@ impl History {
             let share = since_last as f64 / elapsed;
             let row = self.count % CAPACITY * width;
             let row = &mut rows[row..row + width];
-            for (sum, (last, increment)) in row.iter_mut().zip(sums.iter().zip(&self.increments)) {
-                *sum = last + share * increment;
+            for (sums, (last, increments)) in row.iter_mut().zip(sums.iter().zip(&self.increments))
+            {
+                *sums = std::array::from_fn(|lane| last[lane] + share * increments[lane]);
             }
             self.count += 1;
         }
-        for (sum, increment) in sums.iter_mut().zip(&self.increments) {
-            *sum += increment;
+        for (sums, increments) in sums.iter_mut().zip(&self.increments) {
+            *sums = std::array::from_fn(|lane| sums[lane] + increments[lane]);
         }
-    }
-
-    /// Returns `N` equidistant times from `from_s` on.
-    pub fn edges<const N: usize>(&self, from_s: f64, bin_s: f64) -> [Edge; N] {
-        std::array::from_fn(|bin| self.edge(from_s + bin as f64 * bin_s))
     }
 
     fn edge(&self, at_s: f64) -> Edge {
@@ -167,33 +187,38 @@ impl History {
         let instant = instant(at_s);
         if instant + 1 < self.count {
             let share = at_s / INTERVAL_S - instant as f64;
-            return edge(instant % CAPACITY, (instant + 1) % CAPACITY, share);
+            let before = instant % CAPACITY;
+            let after = if before + 1 < CAPACITY { before + 1 } else { 0 };
+            return edge(before, after, share);
         }
         let last_s = (self.count - 1) as f64 * INTERVAL_S;
         let share = (at_s - last_s) / (self.end_s - last_s);
         edge((self.count - 1) % CAPACITY, LAST, share.clamp(0.0, 1.0))
     }
 
-    /// Returns the increments of a quantity of a leg between successive times.
-    pub fn increments(
-        &self,
-        edges: &[Edge],
-        leg: usize,
-        quantity: Quantity,
-    ) -> impl Iterator<Item = f64> {
-        let index = leg * QUANTITIES + quantity as usize;
-        let sum = move |edge: &Edge| {
-            let before = self.rows[edge.before + index];
-            before + edge.share * (self.rows[edge.after + index] - before)
+    /// Sets the bins between equidistant times from `from_s` on.
+    pub fn set_edges(&self, bins: &mut [Bin], from_s: f64, bin_s: f64) {
+        for (index, bin) in bins.iter_mut().enumerate() {
+            bin.edge = self.edge(from_s + index as f64 * bin_s);
+        }
+    }
+
+    /// Sets the increments of a quantity of a block of legs in each bin but the last.
+    pub fn set_increments(&self, bins: &mut [Bin], block: usize, quantity: Quantity) {
+        let index = quantity as usize * self.blocks() + block;
+        let sums = |edge: &Edge| -> Lanes {
+            let (before, after) = (
+                self.rows[edge.before + index],
+                self.rows[edge.after + index],
+            );
+            std::array::from_fn(|lane| before[lane] + edge.share * (after[lane] - before[lane]))
         };
-        let mut edges = edges.iter();
-        let mut before = edges.next().map_or(0.0, sum);
-        edges.map(move |edge| {
-            let after = sum(edge);
-            let increment = after - before;
-            before = after;
-            increment
-        })
+        let mut after = bins.last().map_or([0.0; LANES], |bin| sums(&bin.edge));
+        for bin in bins.iter_mut().rev().skip(1) {
+            let before = sums(&bin.edge);
+            bin.increments = std::array::from_fn(|lane| after[lane] - before[lane]);
+            after = before;
+        }
     }
 }
 

@@ -24,9 +24,9 @@ use std::f64::consts::TAU;
 use twinrig_kernel::{SimDuration, SimTime};
 
 use super::footstep::Thresholds;
-use history::{History, Quantity, SPAN_S};
+use history::{Bin, History, LANES, Quantity, SPAN_S};
 pub(super) use readers::LoadReaders;
-use repetition::{BINS, LONGEST_S, Window};
+use repetition::{BINS, Bins, LONGEST_S, Window};
 
 /// Simulated time between a cycle and the samples with which it is found \[s\]: a window of one
 /// period about the next cycle, of the longest period, for a cycle at the start of the run.
@@ -85,6 +85,7 @@ impl LoadCycle {
 struct LoadCycles {
     history: History,
     window: Window,
+    bins: Bins,
     /// Time about which the next cycle is searched \[s\].
     next_s: f64,
     /// Centre of the last cycle \[s\].
@@ -99,6 +100,7 @@ impl LoadCycles {
         LoadCycles {
             history: History::new(legs, thresholds),
             window: Window::new(),
+            bins: [Bin::default(); _],
             next_s: 0.0,
             last_s: f64::NEG_INFINITY,
             cycle: LoadCycle {
@@ -134,14 +136,28 @@ impl LoadCycles {
     fn search(&mut self, found: &mut impl FnMut(&LoadCycle)) {
         let from_s = self.next_s;
         self.next_s += SEARCH_STEP_S;
-        let Some(period_s) = repetition::period(&self.history, &self.window, from_s) else {
+        let Some(period_s) =
+            repetition::period(&self.history, &self.window, &mut self.bins, from_s)
+        else {
             return;
         };
-        let period_s = repetition::refined(&self.history, &self.window, from_s, period_s);
+        let period_s = repetition::refined(
+            &self.history,
+            &self.window,
+            &mut self.bins,
+            from_s,
+            period_s,
+        );
         let Some(centre_s) = self.centre(from_s, period_s) else {
             return;
         };
-        let period_s = repetition::refined(&self.history, &self.window, centre_s, period_s);
+        let period_s = repetition::refined(
+            &self.history,
+            &self.window,
+            &mut self.bins,
+            centre_s,
+            period_s,
+        );
         let Some(centre_s) = self.centre(centre_s, period_s) else {
             return;
         };
@@ -179,23 +195,35 @@ impl LoadCycles {
     /// Measures the cycle about `centre_s`.
     fn measure(&mut self, centre_s: f64, period_s: f64) {
         let legs = self.cycle.legs.len();
-        let edges = self
-            .history
-            .edges::<{ 2 * BINS + 1 }>(centre_s - period_s, period_s / BINS as f64);
-        let of = |leg: usize, quantity: Quantity| {
-            let increments = self.history.increments(&edges, leg, quantity);
-            self.window.transform(increments)
+        let (history, window) = (&self.history, &self.window);
+        let bins = &mut self.bins[..=2 * BINS];
+        history.set_edges(bins, centre_s - period_s, period_s / BINS as f64);
+        let mut of = |block: usize, quantity: Quantity| {
+            history.set_increments(bins, block, quantity);
+            window.transform(bins)
         };
-        let load: f64 = (0..legs).map(|leg| of(leg, Quantity::Impulse).sum).sum();
+        // Lanes without a leg have no load.
+        let mut load = 0.0;
+        for block in 0..history.blocks() {
+            let impulses = of(block, Quantity::Impulse);
+            load = (0..LANES).fold(load, |load, lane| load + impulses.of(lane).sum);
+        }
         let least = CONCENTRATION_MIN * load / legs as f64;
-        for (leg, cycle) in self.cycle.legs.iter_mut().enumerate() {
-            let impulse = of(leg, Quantity::Impulse);
-            let has_phase = impulse.first.norm() > least;
-            *cycle = LegCycle {
-                phase: has_phase.then(|| wrap(-impulse.first.argument() / TAU)),
-                duty_factor: of(leg, Quantity::ContactTime).sum / period_s,
-                contacts: of(leg, Quantity::TouchDowns).sum,
-            };
+        for (block, cycles) in self.cycle.legs.chunks_mut(LANES).enumerate() {
+            let [impulses, times, touch_downs] = [
+                Quantity::Impulse,
+                Quantity::ContactTime,
+                Quantity::TouchDowns,
+            ]
+            .map(|quantity| of(block, quantity));
+            for (lane, cycle) in cycles.iter_mut().enumerate() {
+                let first = impulses.of(lane).first;
+                *cycle = LegCycle {
+                    phase: (first.norm() > least).then(|| wrap(-first.argument() / TAU)),
+                    duty_factor: times.of(lane).sum / period_s,
+                    contacts: touch_downs.of(lane).sum,
+                };
+            }
         }
         let duration =
             |seconds| SimDuration::try_from_secs_f64(seconds).unwrap_or(SimDuration::ZERO);

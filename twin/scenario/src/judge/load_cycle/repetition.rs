@@ -6,7 +6,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::history::{History, Quantity};
+use super::history::{Bin, History, LANES, Lanes, Quantity};
 
 /// Longest and shortest period that are searched \[s\]. A trot at 0.25 Hz is the slowest of figure
 /// 3.7 of the thesis.
@@ -24,8 +24,11 @@ const LEAST_SHARE: f64 = 0.25;
 const LEAST_REPETITION: f64 = 0.01;
 /// Bound of the rounding of times at the ends of a run \[s\].
 const ROUNDING_S: f64 = 1e-9;
-/// Bins of the loads in a period.
+/// Number of bins of the loads in a period.
 pub(super) const BINS: usize = 32;
+
+/// Bins of four periods and their end, kept between searches.
+pub(super) type Bins = [Bin; 4 * BINS + 1];
 
 /// A complex number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -64,6 +67,24 @@ pub(super) struct Transform {
     pub first: Complex,
 }
 
+/// Those of a block of legs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Transforms {
+    sum: Lanes,
+    re: Lanes,
+    im: Lanes,
+}
+
+impl Transforms {
+    pub fn of(&self, lane: usize) -> Transform {
+        let (re, im) = (self.re[lane], self.im[lane]);
+        Transform {
+            sum: self.sum[lane],
+            first: Complex { re, im },
+        }
+    }
+}
+
 /// A raised cosine of two periods: weight of each bin, and weighted cosine and sine of one period.
 #[derive(Clone, Debug)]
 pub(super) struct Window([[f64; 3]; 2 * BINS]);
@@ -81,14 +102,16 @@ impl Window {
     }
 
     /// Transforms the increments of two periods.
-    pub fn transform(&self, increments: impl Iterator<Item = f64>) -> Transform {
-        let mut transform = Transform::default();
-        for (increment, [weight, cosine, sine]) in increments.zip(&self.0) {
-            transform.sum += weight * increment;
-            transform.first.re += cosine * increment;
-            transform.first.im -= sine * increment;
+    pub fn transform(&self, bins: &[Bin]) -> Transforms {
+        let mut transforms = Transforms::default();
+        for (bin, [weight, cosine, sine]) in bins.iter().zip(&self.0) {
+            for (lane, increment) in bin.increments.iter().enumerate() {
+                transforms.sum[lane] += weight * increment;
+                transforms.re[lane] += cosine * increment;
+                transforms.im[lane] -= sine * increment;
+            }
         }
-        transform
+        transforms
     }
 }
 
@@ -102,11 +125,16 @@ struct Repetition {
 }
 
 /// Returns the longest period after which the loads about `near_s` repeat; none if they do not.
-pub(super) fn period(history: &History, window: &Window, near_s: f64) -> Option<f64> {
+pub(super) fn period(
+    history: &History,
+    window: &Window,
+    bins: &mut Bins,
+    near_s: f64,
+) -> Option<f64> {
     let mut period_s = SHORTEST_S;
     let mut powers = [(0.0, f64::INFINITY); PERIODS];
     for place in &mut powers {
-        let of = repetition(history, window, near_s, period_s);
+        let of = repetition(history, window, bins, near_s, period_s);
         // A period for which the run is too short hides a shorter one that is no maximum.
         *place = (period_s, of.map_or(f64::INFINITY, |of| of.power));
         period_s *= RATIO;
@@ -129,9 +157,15 @@ pub(super) fn period(history: &History, window: &Window, near_s: f64) -> Option<
 
 /// Returns a period, corrected by the turn of the coefficients: loads with a longer one are later
 /// from window to window.
-pub(super) fn refined(history: &History, window: &Window, near_s: f64, mut period_s: f64) -> f64 {
+pub(super) fn refined(
+    history: &History,
+    window: &Window,
+    bins: &mut Bins,
+    near_s: f64,
+    mut period_s: f64,
+) -> f64 {
     for _ in 0..2 {
-        let turn = repetition(history, window, near_s, period_s).map_or(0.0, |of| of.turn);
+        let turn = repetition(history, window, bins, near_s, period_s).map_or(0.0, |of| of.turn);
         period_s *= 1.0 - turn / TAU;
         period_s = period_s.clamp(SHORTEST_S, LONGEST_S);
     }
@@ -143,6 +177,7 @@ pub(super) fn refined(history: &History, window: &Window, near_s: f64, mut perio
 fn repetition(
     history: &History,
     window: &Window,
+    bins: &mut Bins,
     near_s: f64,
     period_s: f64,
 ) -> Option<Repetition> {
@@ -158,20 +193,18 @@ fn repetition(
     }
     let from_s = centre_s - 2.0 * period_s;
     let (mut mean_power, mut products) = (0.0, [Complex::default(); 2]);
-    let edges = history.edges::<{ 4 * BINS + 1 }>(from_s, period_s / BINS as f64);
-    let mut increments = [0.0; 4 * BINS];
-    for leg in 0..history.legs() {
-        let of_leg = history.increments(&edges, leg, Quantity::Impulse);
-        for (place, increment) in increments.iter_mut().zip(of_leg) {
-            *place = increment;
-        }
-        let windows =
-            [0, 1, 2].map(|offset| window.transform(increments[offset * BINS..].iter().copied()));
-        // Of all windows: a short one may lie in the swing.
-        let squares = windows.map(|window| window.sum * window.sum);
-        mean_power += squares.iter().sum::<f64>() / 3.0;
-        for (product, pair) in products.iter_mut().zip(windows.windows(2)) {
-            product.add(pair[1].first.over(pair[0].first));
+    history.set_edges(bins, from_s, period_s / BINS as f64);
+    for block in 0..history.blocks() {
+        history.set_increments(bins, block, Quantity::Impulse);
+        let windows = [0, 1, 2].map(|offset| window.transform(&bins[offset * BINS..]));
+        for lane in 0..LANES.min(history.legs() - block * LANES) {
+            let windows = windows.each_ref().map(|window| window.of(lane));
+            // Of all windows: a short one may lie in the swing.
+            let squares = windows.map(|window| window.sum * window.sum);
+            mean_power += squares.iter().sum::<f64>() / 3.0;
+            for (product, pair) in products.iter_mut().zip(windows.windows(2)) {
+                product.add(pair[1].first.over(pair[0].first));
+            }
         }
     }
     if mean_power <= 0.0 {
