@@ -56,7 +56,7 @@ pub trait Plant: Send {
     fn observe(&mut self, outputs: &mut [f64]);
 
     /// Writes at least the outputs `signals`; returns whether it has written all. A plant of
-    /// independent parts need not advance those that nobody reads. By default all are written.
+    /// independent parts need not advance those that are not read. By default all are written.
     fn observe_signals(&mut self, signals: Range<usize>, outputs: &mut [f64]) -> bool {
         let _ = signals;
         self.observe(outputs);
