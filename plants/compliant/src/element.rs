@@ -100,6 +100,16 @@ impl<L: Lanes> Element<L> {
         }
     }
 
+    /// Returns the derivatives of the force with respect to the rate \[N·s/m\] and, without the
+    /// growth of the damping, to the depth \[N/m\].
+    #[inline(always)]
+    pub(crate) fn tangent(&self, depth: L, rate: L) -> [L; 2] {
+        let (press, zero) = (self.press(depth, rate), depth.zero());
+        let damping = self.damping * depth.max(zero).min(self.toe_region);
+        let pressed = press.force.gt(zero);
+        [damping.or(pressed, zero), press.stiffness.or(pressed, zero)]
+    }
+
     /// Returns the share of the toe region at a depth, negative where it is not compressed.
     #[inline(always)]
     pub(crate) fn toe_share(&self, depth: L) -> L {

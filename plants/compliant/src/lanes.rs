@@ -11,6 +11,8 @@ mod portable;
 mod x86;
 
 pub use features::{Features, dispatch};
+#[cfg(test)]
+pub(crate) use portable::{Numbers, Portable};
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 

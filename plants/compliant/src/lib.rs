@@ -5,9 +5,10 @@
 //! bristle scaled by the load ([`Sole`]); the equations of motion have a continuous right-hand
 //! side, without events, modes or complementarity problems. A plant implements [`Equations`];
 //! [`Flow`] integrates them by the Runge–Kutta method of order 4 with error control
-//! ([`StepControl`]), keeps the energy balance, and implements `Dynamics` of `twinrig-legged`. Four
-//! legs are computed side by side in the [lanes] of the processor. The instants at which elements
-//! are compressed and released are [events], which the method does not need. No stop lets a leg
+//! ([`StepControl`]), exponentially along a stiff [`Mode`] of each leg, keeps the energy balance,
+//! and implements `Dynamics` of `twinrig-legged`. Four legs are computed side by side in the
+//! [lanes] of the processor. The instants at which elements are compressed and released are
+//! [events], which the method does not need. No stop lets a leg
 //! through into another assembly mode ([stop]).
 //!
 //! ```
@@ -68,7 +69,9 @@ pub use flow::{DriveState, Equations, Flow, FlowError, SavedCompliant, Step, Tru
 pub use flows::Flows;
 pub use friction::{Approach, Grip, Sole};
 pub use ground::{Below, Footforce, Point, TrunkMotion, broadcast};
-pub use pantograph::{Depths, Internal, Joints, PantographConstants, Pantographs, Turns};
+pub use pantograph::{Depths, Internal, Joints, PantographConstants, Pantographs, Tangent, Turns};
 pub use pushed::Pushed;
-pub use rk4::{Fastest, StepControl, StepError, StepWork, Substep, System};
+pub use rk4::{
+    Fastest, Missed, Mode, NoMode, StepControl, StepError, StepWork, Substep, System, Unseen,
+};
 pub use servo::{DriveLaws, ServoLaw};

@@ -2,14 +2,18 @@
 //!
 //! The control keeps the error per time below the tolerance per millisecond: substeps at landings,
 //! of which there are few, may err no more than long ones, and the error of a run is proportional
-//! to the tolerance.
+//! to the tolerance. Along a stiff mode of a leg the method is an exponential one ([`mode`]).
 //!
 //! A kink of a force, such as the onset of a damper, takes a few very short substeps at a tight
 //! tolerance. A stiff model, in contrast, needs short substeps without end: a step of more than a
 //! number of substeps fails, so that every run ends in bounded time.
 
+mod mode;
 mod weights;
 
+pub use mode::{Missed, Mode, NoMode, Unseen};
+
+use mode::Along;
 use weights::{ERROR, FOURTH, MEAN, NODES, SECOND, THIRD, times};
 
 use crate::lanes::{LANES, Quad};
@@ -70,6 +74,11 @@ pub trait System {
     type State: Copy;
     /// Time derivative of the state, with integrands such as powers and forces.
     type Slope: Copy;
+    /// Stiff mode of each leg, or [`NoMode`].
+    type Mode: Mode<State = Self::State, Slope = Self::Slope>;
+
+    /// Returns the stiff mode in a state with this slope, if the system has one.
+    fn mode(&self, state: &Self::State, slope: &Self::Slope) -> Option<Self::Mode>;
 
     /// Returns the slope in a state, `time` seconds after the begin of the step.
     fn slope(&self, time: f64, state: &Self::State) -> Self::Slope;
@@ -81,9 +90,15 @@ pub trait System {
         seconds: [f64; M],
     ) -> Self::State;
 
-    /// Returns the size of an error, given as a sum of slopes, each times its seconds, after a
-    /// substep of some length \[m\].
-    fn error(&self, substep: f64, slopes: [&Self::Slope; 5], seconds: [f64; 5]) -> f64;
+    /// Returns the size of an error, given as a sum of slopes, each times its seconds, and along a
+    /// mode, after a substep of some length \[m\].
+    fn error(
+        &self,
+        substep: f64,
+        slopes: [&Self::Slope; 5],
+        seconds: [f64; 5],
+        missed: Option<Missed<'_, Self::Mode>>,
+    ) -> f64;
 
     /// Returns the fastest motion, by two states close to each other and the slopes there.
     fn fastest(&self, states: [&Self::State; 2], slopes: [&Self::Slope; 2]) -> Fastest;
@@ -102,7 +117,7 @@ pub struct Fastest {
 }
 
 /// Accepted substep.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Substep<'a, F: System + ?Sized> {
     /// Begin, since that of the step \[s\].
     pub time: f64,
@@ -116,6 +131,8 @@ pub struct Substep<'a, F: System + ?Sized> {
     pub last: &'a F::Slope,
     /// States at both ends.
     pub states: [&'a F::State; 2],
+    /// Motion along a stiff mode.
+    pub unseen: Option<Unseen<F::Mode>>,
 }
 
 /// Control of the substeps.
@@ -218,6 +235,10 @@ impl StepControl {
     /// substeps need it not.
     pub const WORK_WEIGHT: f64 = 0.4;
 
+    /// Weight of the error of substeps along a stiff mode: accuracy alone limits them, and at more
+    /// of it than the tolerance of a position the energy balance does not close.
+    const CARE: f64 = 4.0;
+
     /// Creates the control for a tolerance \[m\].
     pub fn new(tolerance: f64) -> Self {
         Self {
@@ -252,32 +273,51 @@ impl StepControl {
             self.work.evaluations += 1;
             system.slope(0.0, state)
         };
+        let mut mode = system.mode(state, &k1);
         while time < seconds {
             let rest = seconds - time;
             let count = self.substeps(rest);
             let h = rest / count;
             let end = if count > 1.0 { time + h } else { seconds };
-            let k2 = system.slope(
-                time + NODES[0] * h,
-                &F::along(state, [&k1], times(SECOND, h)),
-            );
-            let k3 = system.slope(
-                time + NODES[1] * h,
-                &F::along(state, [&k1, &k2], times(THIRD, h)),
-            );
-            let k4 = system.slope(end, &F::along(state, [&k1, &k2, &k3], times(FOURTH, h)));
+            let mut along = None;
+            if let Some(mode) = mode {
+                along = Along::new(mode, &k1, h);
+            }
+            let mut second = F::along(state, [&k1], times(SECOND, h));
+            if let Some(along) = &mut along {
+                second = along.second(&second);
+            }
+            let k2 = system.slope(time + NODES[0] * h, &second);
+            let mut third = F::along(state, [&k1, &k2], times(THIRD, h));
+            if let Some(along) = &mut along {
+                third = along.third(&third, &k2);
+            }
+            let k3 = system.slope(time + NODES[1] * h, &third);
+            let mut fourth = F::along(state, [&k1, &k2, &k3], times(FOURTH, h));
+            if let Some(along) = &mut along {
+                fourth = along.fourth(&fourth, &k3);
+            }
+            let k4 = system.slope(end, &fourth);
             let (slopes, shares) = ([&k1, &k2, &k3, &k4], times(MEAN, h));
-            let next = F::along(state, slopes, shares);
+            let mut next = F::along(state, slopes, shares);
+            if let Some(along) = &mut along {
+                next = along.end(&next, &k4);
+            }
             let k5 = system.slope(end, &next);
             self.work.evaluations += 4;
-            let error = system.error(h, [&k1, &k2, &k3, &k4, &k5], times(ERROR, h));
+            let (slopes_and_last, errors) = ([&k1, &k2, &k3, &k4, &k5], times(ERROR, h));
+            let error = if let Some(along) = &mut along {
+                let missed = along.missed(&k5);
+                Self::CARE * system.error(h, slopes_and_last, errors, Some(missed))
+            } else {
+                system.error(h, slopes_and_last, errors, None)
+            };
             let ratio = error * (UNIT / h.max(Self::SHORT)) / self.tolerance;
             let is_least = h <= SUBSTEP_MIN;
             substeps_left -= 1.0;
             // The form of the comparison rejects NaN.
             let accepted = ratio <= 1.0;
             if !accepted && (is_least || self.tolerance.is_infinite()) || substeps_left < 0.0 {
-                let fourth = F::along(state, [&k1, &k2, &k3], times(FOURTH, h));
                 let fastest = system.fastest([&fourth, &next], [&k4, &k5]);
                 return Err(self.refusal(h, fastest));
             }
@@ -286,6 +326,10 @@ impl StepControl {
                 if h >= self.substep || count > 1.0 {
                     self.work.greatest_rate = self.work.greatest_rate.max(1.0 / h);
                 }
+                let mut unseen = None;
+                if let Some(along) = &along {
+                    unseen = Some(along.unseen());
+                }
                 self.work.events += system.accept(&Substep {
                     time,
                     seconds: h,
@@ -293,8 +337,10 @@ impl StepControl {
                     shares,
                     last: &k5,
                     states: [state, &next],
+                    unseen,
                 });
                 (*state, k1) = (next, k5);
+                mode = system.mode(state, &k1);
                 time = end;
             } else {
                 self.work.rejected += 1;

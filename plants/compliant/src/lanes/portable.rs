@@ -17,11 +17,11 @@ pub(super) const NAME: &str = if cfg!(target_arch = "x86_64") {
 
 /// Lanes of every processor.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Portable;
+pub(crate) struct Portable;
 
 /// Four numbers.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Numbers(f64x4);
+pub(crate) struct Numbers(f64x4);
 
 pub(super) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
     let simd = Portable;

@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::lanes::Numbers;
 
 /// A mass on a one-sided spring whose damper sets in at once: the force has a kink at zero, its
 /// rate a jump.
@@ -19,6 +20,11 @@ type Motion = [f64; 2];
 impl System for Bounce {
     type State = Motion;
     type Slope = Motion;
+    type Mode = NoMode<Motion, Motion, Numbers>;
+
+    fn mode(&self, _: &Motion, _: &Motion) -> Option<Self::Mode> {
+        None
+    }
 
     fn slope(&self, _: f64, [depth, speed]: &Motion) -> Motion {
         const TOE: f64 = 1e-4;
@@ -32,7 +38,13 @@ impl System for Bounce {
         [0, 1].map(|i| state[i] + change[i])
     }
 
-    fn error(&self, substep: f64, slopes: [&Motion; 5], seconds: [f64; 5]) -> f64 {
+    fn error(
+        &self,
+        substep: f64,
+        slopes: [&Motion; 5],
+        seconds: [f64; 5],
+        _: Option<Missed<'_, Self::Mode>>,
+    ) -> f64 {
         let [depth, speed] = sum(slopes, seconds).map(f64::abs);
         depth + substep * speed
     }

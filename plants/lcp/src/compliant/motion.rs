@@ -3,7 +3,8 @@
 use twinrig_compliant::events::EventLog;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
 use twinrig_compliant::{
-    Commands, DriveLaws, Fastest, Flows, Step, StepControl, StepError, Substep, System,
+    Commands, DriveLaws, Fastest, Flows, Missed, NoMode, Step, StepControl, StepError, Substep,
+    System,
 };
 use twinrig_legged::StepLoad;
 
@@ -74,6 +75,12 @@ struct Motion<'a, S: Simd, const N: usize, const P: usize> {
 impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
     type State = State<S::Lanes, N, P>;
     type Slope = Slope<S::Lanes, N, P>;
+    type Mode = NoMode<Self::State, Self::Slope, S::Lanes>;
+
+    #[inline(always)]
+    fn mode(&self, _: &Self::State, _: &Self::Slope) -> Option<Self::Mode> {
+        None
+    }
 
     #[inline(always)]
     fn slope(&self, time: f64, state: &Self::State) -> Self::Slope {
@@ -99,7 +106,13 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
     }
 
     #[inline(always)]
-    fn error(&self, substep: f64, slopes: [&Self::Slope; 5], seconds: [f64; 5]) -> f64 {
+    fn error(
+        &self,
+        substep: f64,
+        slopes: [&Self::Slope; 5],
+        seconds: [f64; 5],
+        _: Option<Missed<'_, Self::Mode>>,
+    ) -> f64 {
         let radius = self.model.radius;
         let State {
             position,

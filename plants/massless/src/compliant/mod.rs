@@ -2,6 +2,7 @@
 
 mod energy;
 mod equations;
+mod mode;
 mod model;
 mod motion;
 mod slope;

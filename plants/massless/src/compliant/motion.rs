@@ -3,11 +3,13 @@
 use twinrig_compliant::events::EventLog;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
 use twinrig_compliant::{
-    Commands, DriveLaws, Fastest, Flows, Step, StepControl, StepError, Substep, System,
+    Commands, DriveLaws, Fastest, Flows, Missed, Mode, Step, StepControl, StepError, Substep,
+    System, Unseen,
 };
 use twinrig_legged::StepLoad;
 
 use super::energy::Elements;
+use super::mode::{Find, StiffMode};
 use super::model::{CompliantEquations, CompliantModel, Legs};
 use super::slope::Evaluation;
 use super::state::{Slope, State};
@@ -79,6 +81,22 @@ struct Motion<'a, S: Simd> {
 impl<S: Simd> System for Motion<'_, S> {
     type State = State<S::Lanes>;
     type Slope = Slope<S::Lanes>;
+    type Mode = StiffMode<S::Lanes>;
+
+    #[inline(always)]
+    fn mode(&self, state: &Self::State, slope: &Self::Slope) -> Option<Self::Mode> {
+        // Servos impose the motion of the rotors, so that no damper is stiff.
+        let DriveLaws::Motors(inertias) = self.model.drives else {
+            return None;
+        };
+        Some(self.simd.call(Find {
+            legs: &self.legs,
+            state,
+            slope,
+            inertias,
+            damping: self.commands.damping,
+        }))
+    }
 
     #[inline(always)]
     fn slope(&self, time: f64, state: &Self::State) -> Self::Slope {
@@ -103,7 +121,17 @@ impl<S: Simd> System for Motion<'_, S> {
     }
 
     #[inline(always)]
-    fn error(&self, substep: f64, slopes: [&Self::Slope; 5], seconds: [f64; 5]) -> f64 {
+    fn error(
+        &self,
+        substep: f64,
+        slopes: [&Self::Slope; 5],
+        seconds: [f64; 5],
+        missed: Option<Missed<'_, Self::Mode>>,
+    ) -> f64 {
+        let mut change = sum(slopes, seconds);
+        if let Some(Missed { mode, amount, .. }) = &missed {
+            change = mode.added(&change, *amount);
+        }
         let State {
             position,
             attitude,
@@ -115,7 +143,7 @@ impl<S: Simd> System for Motion<'_, S> {
             pulley_rate,
             foot: [ahead, up],
             bristle: [along, across],
-        } = sum(slopes, seconds).map(S::Lanes::abs);
+        } = change.map(S::Lanes::abs);
         // An angle of a link moves the foot by its length, one of the pulley by its radius.
         let pantographs = &self.legs.pantographs;
         let ([l1, l2, l3], winding) = (pantographs.links, pantographs.pulley_radius);
@@ -125,7 +153,10 @@ impl<S: Simd> System for Motion<'_, S> {
         let lengths = lengths.max(attitude * (2.0 * radius));
         let mut lengths = lengths.max((along + across) * StepControl::BRISTLE_WEIGHT);
         if self.are_held && substep > StepControl::SHORT {
-            let work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
+            let mut work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
+            if let Some(Missed { mode, integral, .. }) = &missed {
+                work += (mode.driven[0] - mode.lost[0]) * *integral;
+            }
             lengths = lengths.max(work.abs() * self.model.work_to_length);
         }
         let drives = (hip_rate * l1).max(pulley_rate * winding);
@@ -158,6 +189,14 @@ impl<S: Simd> System for Motion<'_, S> {
             self.sums = self
                 .sums
                 .zip(&slope.flows, |sum, flow| sum + flow * seconds);
+        }
+        if let Some(Unseen { mode, integrals }) = &substep.unseen {
+            let [x, square] = *integrals;
+            self.sums.actuator += mode.driven[0] * x + mode.driven[1] * square;
+            self.sums.dissipated += mode.lost[0] * x + mode.lost[1] * square;
+            self.sums.hip += mode.loads[0] * x;
+            self.sums.knee += mode.loads[1] * x;
+            self.sums.cable += mode.tension * x;
         }
         let (model, [before, after]) = (self.model, substep.states);
         let elements = |state: &Self::State| {

@@ -1,6 +1,6 @@
 use super::*;
-use crate::lanes::Quad;
-use crate::rk4::{Fastest, StepControl, Substep, System};
+use crate::lanes::{Numbers, Quad};
+use crate::rk4::{Fastest, Missed, NoMode, StepControl, Substep, System};
 
 /// ẏ = cos t · y², whose solution from ½ is 1/(2 − sin t), and the integral of y.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +11,11 @@ struct Riccati {
 impl System for Riccati {
     type State = f64;
     type Slope = [f64; 2];
+    type Mode = NoMode<f64, [f64; 2], Numbers>;
+
+    fn mode(&self, _: &f64, _: &[f64; 2]) -> Option<Self::Mode> {
+        None
+    }
 
     fn slope(&self, time: f64, state: &f64) -> [f64; 2] {
         [libm::cos(time) * state * state, *state]
@@ -20,7 +25,13 @@ impl System for Riccati {
         state + sum(slopes, seconds)[0]
     }
 
-    fn error(&self, _: f64, slopes: [&[f64; 2]; 5], seconds: [f64; 5]) -> f64 {
+    fn error(
+        &self,
+        _: f64,
+        slopes: [&[f64; 2]; 5],
+        seconds: [f64; 5],
+        _: Option<Missed<'_, Self::Mode>>,
+    ) -> f64 {
         sum(slopes, seconds)[0].abs()
     }
 
@@ -76,6 +87,11 @@ struct Shifted {
 impl System for Shifted {
     type State = f64;
     type Slope = [f64; 2];
+    type Mode = NoMode<f64, [f64; 2], Numbers>;
+
+    fn mode(&self, _: &f64, _: &[f64; 2]) -> Option<Self::Mode> {
+        None
+    }
 
     fn slope(&self, time: f64, state: &f64) -> [f64; 2] {
         self.system.slope(self.begin + time, state)
@@ -85,8 +101,14 @@ impl System for Shifted {
         Riccati::along(state, slopes, seconds)
     }
 
-    fn error(&self, substep: f64, slopes: [&[f64; 2]; 5], seconds: [f64; 5]) -> f64 {
-        self.system.error(substep, slopes, seconds)
+    fn error(
+        &self,
+        substep: f64,
+        slopes: [&[f64; 2]; 5],
+        seconds: [f64; 5],
+        missed: Option<Missed<'_, Self::Mode>>,
+    ) -> f64 {
+        self.system.error(substep, slopes, seconds, missed)
     }
 
     fn fastest(&self, states: [&f64; 2], slopes: [&[f64; 2]; 2]) -> Fastest {
