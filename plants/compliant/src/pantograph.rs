@@ -416,7 +416,7 @@ impl<L: Lanes, const N: usize> Internal<L, N> {
 }
 
 /// Derivatives of the torques inside the legs: damping and stiffness of the cable and of the stops
-/// that are often pressed, and the friction of the joints. Springs and the other stops are left out.
+/// that are often pressed, and the friction of the joints. Springs and other stops are left out.
 #[derive(Debug, Clone, Copy)]
 pub struct Tangent<L> {
     friction: [L; 3],
