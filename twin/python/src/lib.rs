@@ -15,6 +15,7 @@
 //!
 //! Out of scope: physics, scenarios and verdicts, which are those of the crate `twinrig`.
 
+mod channels;
 mod check;
 mod controller;
 mod errors;
@@ -23,6 +24,7 @@ mod fall;
 mod fmu;
 mod fork;
 mod interpreter;
+mod lanes;
 mod part;
 mod part_objects;
 mod parts;
@@ -35,6 +37,7 @@ mod recording;
 mod registry;
 mod rig;
 mod rig_state;
+mod rollout;
 mod run;
 mod samples;
 mod scenario;
@@ -54,11 +57,15 @@ mod _native {
     #[pymodule_export]
     use crate::fork::forked;
     #[pymodule_export]
+    use crate::lanes::{PyLane, step_lanes};
+    #[pymodule_export]
     use crate::program::{command, main};
     #[pymodule_export]
     use crate::recording::read;
     #[pymodule_export]
     use crate::rig::PyRig;
+    #[pymodule_export]
+    use crate::rollout::rollout;
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]

@@ -11,7 +11,7 @@ use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use twinrig::kernel::{SimDuration, SimTime, Snapshot};
+use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{Change, RigError, catch_panic};
 use twinrig::{Assembly, TwinError};
 use twinrig_record::Fingerprint;
@@ -20,7 +20,7 @@ use crate::errors::Failure;
 use crate::fall::Fall;
 use crate::fork::Generation;
 use crate::parts::PythonParts;
-use crate::rig_state::{Latest, RigState};
+use crate::rig_state::RigState;
 use crate::samples::seconds;
 use crate::scenario::ScenarioArgument;
 use crate::variable::{VariableFields, variable_fields};
@@ -33,10 +33,10 @@ pub(crate) struct PyRig {
     period: SimDuration,
     /// End of the scenario.
     end: SimTime,
-    fall: Fall,
+    pub(crate) fall: Fall,
     generation: Generation,
     /// Hash of scenario, robot and settings, which a saved state belongs to.
-    scenario: [u8; 32],
+    pub(crate) scenario: [u8; 32],
 }
 
 impl PyRig {
@@ -104,6 +104,7 @@ impl PyRig {
         scenario: ScenarioArgument,
         controllers: &Bound<'_, PyDict>,
         plants: &Bound<'_, PyDict>,
+        has_fingerprint: bool,
     ) -> PyResult<Self> {
         let parts = PythonParts::new(controllers, plants)?;
         let built = py.detach(|| {
@@ -117,11 +118,12 @@ impl PyRig {
         let built = built.and_then(|built| built.map_err(|error: TwinError| error.into()));
         let (rig, scene, period, scenario) = built.map_err(|failure| parts.raised(py, &failure))?;
         let file = scene.scenario.file.clone();
-        let mut state = RigState::new(rig, parts.exceptions, parts.objects.take(), file);
+        let objects = parts.objects.take();
+        let mut state = RigState::new(rig, parts.exceptions, objects, file, has_fingerprint);
         // The events of time 0, so that all signals have a value.
         state.advance_slice(py, SimTime::ZERO)?;
         Ok(Self {
-            fall: Fall::new(&scene, |name| state.find(name)),
+            fall: Fall::new(&scene, &state),
             state: Mutex::new(Some(state)),
             period,
             end: scene.scenario.end(),
@@ -174,15 +176,18 @@ impl PyRig {
     /// Whether the robot is on the ground now, by the thresholds of a fall of the scenario.
     #[getter]
     fn has_fallen(&self) -> PyResult<bool> {
-        let mut locked = self.lock()?;
-        let state = locked.state()?;
-        Ok(self.fall.holds(|name| state.find(name)))
+        Ok(self.fall.holds(&self.lock()?.state()?.latest))
     }
 
     /// Hash of all samples and events since the rig was built, as 64 digits.
     #[getter]
     fn fingerprint(&self) -> PyResult<String> {
-        Ok(self.lock()?.state()?.fingerprint.digest().to_string())
+        let mut locked = self.lock()?;
+        let fingerprint = locked.state()?.fingerprint.as_ref();
+        let fingerprint = fingerprint.ok_or_else(|| {
+            PyValueError::new_err("the rig has no fingerprint: build it with `fingerprint=True`")
+        })?;
+        Ok(fingerprint.digest().to_string())
     }
 
     /// Names of the signals, each with its unit and size.
@@ -244,50 +249,16 @@ impl PyRig {
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut locked = self.lock()?;
         let state = locked.state()?;
-        let saved = catch_panic(|| {
-            let observed = (&state.latest.0, &state.fingerprint);
-            Snapshot::of(&(state.reached, observed, state.rig.save()))
-        });
-        let saved = saved.map_err(|source| state.panicked(py, source))?;
-        match state.exceptions.take() {
-            Some(exception) => Err(exception),
-            None => Ok(PyBytes::new(py, &saved.checked(&self.scenario))),
-        }
+        Ok(PyBytes::new(py, &state.save(&self.scenario)?))
     }
 
     /// Restores a saved state, with the fingerprint of all before it.
-    fn restore(&self, py: Python<'_>, state: &[u8]) -> PyResult<()> {
-        let mut locked = self.lock()?;
-        let rig_state = locked.state()?;
-        let saved = Snapshot::verified(state, &self.scenario).map_err(|_| {
-            PyValueError::new_err(
-                "the bytes were changed, cut off, or saved of a rig of another scenario, robot, \
-                 setting or build",
-            )
-        })?;
-        let saved = saved.read::<SavedState>();
-        let (reached, (latest, fingerprint), rig) =
-            saved.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
-        if lengths(&latest) != lengths(&rig_state.latest.0) {
-            return Err(PyValueError::new_err(
-                "the state was saved of a rig with other signals",
-            ));
-        }
-        let restored = catch_panic(|| rig_state.rig.restore(&rig));
-        let restored = restored.map_err(|source| rig_state.panicked(py, source))?;
-        restored.map_err(|error| {
-            let exception = rig_state.exceptions.take();
-            exception.unwrap_or_else(|| PyValueError::new_err(error.to_string()))
-        })?;
-        rig_state.reached = reached;
-        rig_state.fingerprint = fingerprint;
-        rig_state.latest = Latest(latest);
-        Ok(())
+    fn restore(&self, state: &[u8]) -> PyResult<()> {
+        self.lock()?.state()?.restore(state, &self.scenario)
     }
 
     /// Closes the rig; every later call but this one raises `ValueError`.
-    fn close(&self) -> PyResult<()> {
+    pub(crate) fn close(&self) -> PyResult<()> {
         let state = self.lock()?.0.take();
         // Finalizers of parts, which may use the rig, find it closed.
         drop(state);
@@ -312,9 +283,6 @@ impl PyRig {
         drop(state);
     }
 }
-
-/// Saved state: time reached, newest values of each group and the fingerprint, the rig.
-type SavedState = (SimTime, ([Vec<f64>; 4], Fingerprint), Snapshot);
 
 /// Returns a hash of scenario, robot and settings.
 fn scenario_key(assembly: &Assembly<'_>) -> [u8; 32] {
@@ -349,7 +317,7 @@ fn past_end(to: SimTime, end: SimTime) -> PyErr {
 
 /// Returns the exception for a request that the rig refuses.
 #[expect(clippy::needless_pass_by_value, reason = "for `map_err`")]
-fn refused(error: RigError) -> PyErr {
+pub(crate) fn refused(error: RigError) -> PyErr {
     let text = error.to_string();
     match error {
         RigError::NoSuchVariable { .. } | RigError::NoSuchOutput { .. } => {

@@ -1,9 +1,11 @@
 //! A rig with its observers, behind the class `Rig`.
 
-use pyo3::exceptions::PyKeyError;
+use std::ops::Range;
+
+use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use twinrig::Error;
-use twinrig::kernel::{Field, Layout, SimDuration, SimTime, near_misses};
+use twinrig::kernel::{Field, Layout, SimDuration, SimTime, Snapshot, near_misses};
 use twinrig::runtime::{Group, Observer, PanicReport, Rig, RigError, RunEvent, catch_panic};
 use twinrig_record::Fingerprint;
 
@@ -26,6 +28,16 @@ pub(crate) const GROUPS: [Group; 4] = [
 /// Observer with the newest values of each group.
 pub(crate) struct Latest(pub(crate) [Vec<f64>; 4]);
 
+/// Group of a signal, and its range in the values of the group.
+pub(crate) type Place = (Group, Range<usize>);
+
+impl Latest {
+    /// Returns the values of a signal.
+    pub(crate) fn values(&self, (group, range): &Place) -> &[f64] {
+        &self.0[*group as usize][range.clone()]
+    }
+}
+
 impl Observer for Latest {
     fn samples(&mut self, _: SimTime, group: Group, values: &[f64]) {
         self.0[group as usize].copy_from_slice(values);
@@ -33,13 +45,17 @@ impl Observer for Latest {
     fn event(&mut self, _: SimTime, _: RunEvent) {}
 }
 
+/// Saved state: time reached, newest values of each group and the fingerprint, the rig.
+type SavedState = (SimTime, ([Vec<f64>; 4], Option<Fingerprint>), Snapshot);
+
 /// Result of a run up to a time.
 pub(crate) type RunOutcome = Result<Result<(), RigError>, PanicReport>;
 
 /// A rig with its observers.
 pub(crate) struct RigState {
     pub(crate) rig: Rig,
-    pub(crate) fingerprint: Fingerprint,
+    /// None: samples and events are not hashed.
+    pub(crate) fingerprint: Option<Fingerprint>,
     pub(crate) latest: Latest,
     /// Those of its Python parts.
     pub(crate) exceptions: Exceptions,
@@ -58,11 +74,12 @@ impl RigState {
         exceptions: Exceptions,
         objects: Vec<SharedObject>,
         file: String,
+        has_fingerprint: bool,
     ) -> Self {
         let latest = GROUPS.map(|group| vec![0.0; rig.layout(group).len()]);
         Self {
             rig,
-            fingerprint: Fingerprint::new(),
+            fingerprint: has_fingerprint.then(Fingerprint::new),
             latest: Latest(latest),
             exceptions,
             objects,
@@ -73,7 +90,7 @@ impl RigState {
     }
 
     /// Returns the exception for an error of the rig: that of a Python part, if it is the cause.
-    fn raised(&self, py: Python<'_>, error: RigError) -> PyErr {
+    fn raised(&self, error: RigError) -> PyErr {
         let exception = self.exceptions.take();
         exception.unwrap_or_else(|| {
             let error = Error::Rig {
@@ -81,7 +98,7 @@ impl RigState {
                 help: String::new(),
                 source: Box::new(error),
             };
-            errors::twin_error(py, error.to_string())
+            Python::attach(|py| errors::twin_error(py, error.to_string()))
         })
     }
 
@@ -106,7 +123,7 @@ impl RigState {
     /// Advances to `to`, which may be the present time: to the events that are due at once.
     pub(crate) fn advance_slice(&mut self, py: Python<'_>, to: SimTime) -> PyResult<()> {
         let outcome = py.detach(|| self.run_until(to));
-        self.finish(py, to, outcome)
+        self.finish(to, outcome)
     }
 
     /// Runs without the interpreter.
@@ -117,16 +134,14 @@ impl RigState {
             latest,
             ..
         } = self;
-        catch_panic(|| rig.run_until(to, &mut (fingerprint, latest)))
+        catch_panic(|| match fingerprint {
+            Some(fingerprint) => rig.run_until(to, &mut (fingerprint, latest)),
+            None => rig.run_until(to, latest),
+        })
     }
 
     /// Returns the result of a run to `to`.
-    pub(crate) fn finish(
-        &mut self,
-        py: Python<'_>,
-        to: SimTime,
-        outcome: RunOutcome,
-    ) -> PyResult<()> {
+    pub(crate) fn finish(&mut self, to: SimTime, outcome: RunOutcome) -> PyResult<()> {
         match outcome {
             Ok(Ok(())) => {
                 self.reached = to;
@@ -134,32 +149,79 @@ impl RigState {
             }
             Ok(Err(error)) => {
                 self.reached = self.rig.now();
-                Err(self.raised(py, error))
+                Err(self.raised(error))
             }
-            Err(source) => Err(self.panicked(py, source)),
+            Err(source) => Err(self.panicked(source)),
         }
     }
 
     /// Returns the exception for a panic of a part.
-    pub(crate) fn panicked(&mut self, py: Python<'_>, source: PanicReport) -> PyErr {
+    fn panicked(&mut self, source: PanicReport) -> PyErr {
         self.has_panicked = true;
         let file = self.file.clone();
-        Failure::from(Error::Panic { file, source }).raised(py)
+        let failure = Failure::from(Error::Panic { file, source });
+        Python::attach(|py| failure.raised(py))
     }
 
-    /// Returns the newest values of a signal; none if there is no such signal.
-    pub(crate) fn find(&self, name: &str) -> Option<&[f64]> {
-        let latest = &self.latest.0;
-        let find = |group| Some(&latest[group as usize][self.rig.layout(group).find(name)?]);
-        GROUPS.into_iter().find_map(find)
+    /// Returns the complete state, which belongs to the scenario with the hash `scenario`.
+    pub(crate) fn save(&mut self, scenario: &[u8; 32]) -> PyResult<Vec<u8>> {
+        let saved = catch_panic(|| {
+            let observed = (&self.latest.0, &self.fingerprint);
+            Snapshot::of(&(self.reached, observed, self.rig.save()))
+        });
+        let saved = saved.map_err(|source| self.panicked(source))?;
+        match self.exceptions.take() {
+            Some(exception) => Err(exception),
+            None => Ok(saved.checked(scenario)),
+        }
+    }
+
+    /// Restores a saved state of the scenario with the hash `scenario`.
+    pub(crate) fn restore(&mut self, saved: &[u8], scenario: &[u8; 32]) -> PyResult<()> {
+        let saved = Snapshot::verified(saved, scenario).map_err(|_| {
+            PyValueError::new_err(
+                "the bytes were changed, cut off, or saved of a rig of another scenario, robot, \
+                 setting or build",
+            )
+        })?;
+        let saved = saved.read::<SavedState>();
+        let (reached, (latest, fingerprint), rig) =
+            saved.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let lengths = |groups: &[Vec<f64>; 4]| groups.each_ref().map(Vec::len);
+        if lengths(&latest) != lengths(&self.latest.0) {
+            return Err(PyValueError::new_err(
+                "the state was saved of a rig with other signals",
+            ));
+        }
+        let restored = catch_panic(|| self.rig.restore(&rig));
+        let restored = restored.map_err(|source| self.panicked(source))?;
+        restored.map_err(|error| {
+            let exception = self.exceptions.take();
+            exception.unwrap_or_else(|| PyValueError::new_err(error.to_string()))
+        })?;
+        self.reached = reached;
+        self.fingerprint = fingerprint;
+        self.latest = Latest(latest);
+        Ok(())
+    }
+
+    /// Returns the place of a signal; none if there is no such signal.
+    pub(crate) fn place(&self, name: &str) -> Option<Place> {
+        let place = |group| Some((group, self.rig.layout(group).find(name)?));
+        GROUPS.into_iter().find_map(place)
+    }
+
+    /// Returns the place of a signal that is read.
+    pub(crate) fn known_place(&self, name: &str) -> PyResult<Place> {
+        self.place(name).ok_or_else(|| {
+            let known = self.fields().map(|field| field.port.name.as_str());
+            PyKeyError::new_err(no_such_signal(name, known))
+        })
     }
 
     /// Returns the newest values of a signal.
     pub(crate) fn newest(&self, name: &str) -> PyResult<&[f64]> {
-        self.find(name).ok_or_else(|| {
-            let known = self.fields().map(|field| field.port.name.as_str());
-            PyKeyError::new_err(no_such_signal(name, known))
-        })
+        Ok(self.latest.values(&self.known_place(name)?))
     }
 
     /// Returns the signals of all groups.

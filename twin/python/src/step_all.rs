@@ -40,9 +40,9 @@ impl<'a> RigStep<'a> {
         }
     }
 
-    fn finish_slice(&mut self, py: Python<'_>) {
+    fn finish_slice(&mut self) {
         if let Some(outcome) = self.outcome.take() {
-            self.error = self.state.finish(py, self.next, outcome).err();
+            self.error = self.state.finish(self.next, outcome).err();
         }
     }
 
@@ -76,7 +76,7 @@ pub(crate) fn step_all(
     loop {
         py.detach(|| workers.each(&mut steps, RigStep::run_slice));
         for step in &mut steps {
-            step.finish_slice(py);
+            step.finish_slice();
         }
         if steps.iter().all(RigStep::has_ended) {
             return Ok(steps.into_iter().map(|step| step.error).collect());

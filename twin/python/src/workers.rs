@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use twinrig::runtime::interrupt;
 
 use crate::fork::Generation;
 
@@ -50,10 +51,13 @@ impl PyWorkers {
         let helpers = helpers.min(items.len().saturating_sub(1));
         let queue = Mutex::new(items.iter_mut());
         let next = || queue.lock().ok()?.next();
+        let token = interrupt::current();
         let drain = || {
-            while let Some(item) = next() {
-                work(item);
-            }
+            interrupt::in_scope(token.as_ref(), || {
+                while let Some(item) = next() {
+                    work(item);
+                }
+            });
         };
         match pool {
             Some(pool) if helpers > 0 => pool.in_place_scope(|scope| {

@@ -29,6 +29,7 @@ from twinrig._errors import (
 from twinrig._frames import Frame
 from twinrig._parts import Controller, Input, Output, Plant, Variable
 from twinrig._rig import Rig, Workers, step_all
+from twinrig._rollout import LaneError, Rollout, Trajectories, rollout
 from twinrig._run import Energy, Expectation, Recording, Run
 from twinrig._signal import Signal, SignalGroup, Signals
 from twinrig._sweep import Share, Sweep, optimize, sweep
@@ -41,12 +42,14 @@ __all__ = [
     "Expectation",
     "Frame",
     "Input",
+    "LaneError",
     "Output",
     "Plant",
     "Problem",
     "Recording",
     "RecordingError",
     "Rig",
+    "Rollout",
     "Run",
     "RunError",
     "ScenarioError",
@@ -56,6 +59,7 @@ __all__ = [
     "SignalGroup",
     "Signals",
     "Sweep",
+    "Trajectories",
     "TwinError",
     "Variable",
     "Workers",
@@ -67,6 +71,7 @@ __all__ = [
     "plan",
     "read",
     "robots",
+    "rollout",
     "run",
     "step_all",
     "study",

@@ -49,7 +49,7 @@ def _named(names: Names, argument: str) -> list[tuple[str, Limits | None]]:
     return [(name, names[name] if isinstance(names, Mapping) else None) for name in names]
 
 
-def _matching(pattern: str, known: Sequence[str]) -> list[str]:
+def matching(pattern: str, known: Sequence[str]) -> list[str]:
     """Return the names that a pattern stands for; a name without ``*`` stands for itself."""
     if "*" not in pattern:
         return [pattern]
@@ -85,11 +85,11 @@ class SignalLayout:
         for name in self.names:
             self.slices[name] = slice(start, start + sizes[name])
             start += sizes[name]
-        self.count = len(self.low)
+        self.count, self.width = len(self.low), start
 
     @staticmethod
     def _found(rig: Rig, sizes: Mapping[str, int], pattern: str, argument: str) -> list[str]:
-        found = _matching(pattern, list(sizes))
+        found = matching(pattern, list(sizes))
         if not found:
             raise ValueError(f"{argument}: no signal of the scenario matches `{pattern}`")
         for name in found:
@@ -113,7 +113,7 @@ class ActionLayout:
         self.places: list[str] = []
         lows, highs = [], []
         named = _named(actions, "actions")
-        pairs = [(one, of) for name, of in named for one in _matching(name, [*ranges, *sizes])]
+        pairs = [(one, of) for name, of in named for one in matching(name, [*ranges, *sizes])]
         for name, given in pairs:
             place = f"actions[{name!r}]"
             if name in self.places:
@@ -135,6 +135,7 @@ class ActionLayout:
             self.places += [name] * len(low)
         if not lows:
             raise ValueError("actions: expected at least one process variable or output")
+        self.names = list(dict.fromkeys(self.places))
         self.low, self.high = np.concatenate(lows), np.concatenate(highs)
         self._rounding = ROUNDING * np.maximum(np.abs(self.low), np.abs(self.high))
 

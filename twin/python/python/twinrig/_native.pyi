@@ -1,4 +1,4 @@
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Final, final
 
@@ -6,9 +6,11 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Self, disjoint_base
 
+from twinrig._parts import Channels, LaneFailure
 from twinrig._scenario import Native
 
 __all__ = [
+    "Lane",
     "Rig",
     "WorkerJob",
     "Workers",
@@ -19,8 +21,10 @@ __all__ = [
     "main",
     "plan",
     "read",
+    "rollout",
     "run",
     "step_all",
+    "step_lanes",
 ]
 
 VERSION: Final[str]
@@ -31,6 +35,25 @@ def forked() -> None: ...
 def main(arguments: Sequence[str]) -> int: ...
 def plan(scenario: Native) -> str: ...
 def read(path: str | PathLike[str]) -> dict[str, Any]: ...
+def rollout(
+    rigs: Sequence[Rig],
+    is_shared: bool,
+    build: Callable[[int], Rig],
+    names: Channels,
+    states: Sequence[bytes | None],
+    variables: Sequence[tuple[str, Sequence[float]]],
+    commands: npt.NDArray[np.float64],
+    shape: tuple[int, int],
+    step: float,
+    workers: Workers,
+) -> tuple[
+    npt.NDArray[np.float64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.bool_],
+    list[bytes | None],
+    list[LaneFailure | None],
+    list[Rig],
+]: ...
 def run(
     scenario: Native,
     recording: tuple[str, bool] | None,
@@ -40,11 +63,26 @@ def run(
 def step_all(
     rigs: Sequence[Rig], duration: float, workers: Workers
 ) -> list[BaseException | None]: ...
+def step_lanes(
+    lanes: Sequence[Lane], commands: npt.NDArray[np.float64], step: float, workers: Workers
+) -> tuple[
+    npt.NDArray[np.float64],
+    npt.NDArray[np.float64],
+    npt.NDArray[np.bool_],
+    list[LaneFailure | None],
+]: ...
+@final
+class Lane:
+    def __new__(cls, rig: Rig, names: Channels) -> Self: ...
 
 @disjoint_base
 class Rig:
     def __new__(
-        cls, scenario: Native, controllers: dict[str, Any], plants: dict[str, Any]
+        cls,
+        scenario: Native,
+        controllers: dict[str, Any],
+        plants: dict[str, Any],
+        has_fingerprint: bool,
     ) -> Self: ...
     def step(self, *, until: float | None = None) -> float: ...
     @property

@@ -11,6 +11,12 @@ import numpy.typing as npt
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 
+Channels: TypeAlias = tuple[Sequence[str], Sequence[str]]
+"""Variables and outputs of a controller that are commanded, and signals that are read."""
+
+LaneFailure: TypeAlias = tuple[int, float, BaseException]
+"""Step, time [s] and reason of the failure of one rig among several."""
+
 
 @dataclass(frozen=True)
 class Input:

@@ -42,6 +42,9 @@ class Rig(_native.Rig):
         Controllers and plants in Python by the names under which the scenario refers to them, as
         ``kind`` of ``[controller]`` and ``model`` of ``[plant]``: classes, functions or objects,
         see `twinrig.Controller` and `twinrig.Plant`.
+    fingerprint
+        Whether samples and events are hashed for `fingerprint`, which takes a seventh of a run of
+        the trot. A restored rig has the fingerprint of its state, or none.
     """
 
     def __new__(
@@ -54,10 +57,15 @@ class Rig(_native.Rig):
         signals: Iterable[str] | None = None,
         controllers: Mapping[str, PartSource] | None = None,
         plants: Mapping[str, PartSource] | None = None,
+        fingerprint: bool = True,
     ) -> Rig:
         arguments = native(scenario, set=set, plant=plant, seed=seed, signals=signals)
         rig = super().__new__(
-            cls, arguments, sources(controllers, "controllers"), sources(plants, "plants")
+            cls,
+            arguments,
+            sources(controllers, "controllers"),
+            sources(plants, "plants"),
+            fingerprint,
         )
         rig._name = arguments[0]
         return rig
