@@ -1,7 +1,7 @@
 """Rates of environments: `python twin/python/benches/gym.py`, on an idle machine.
 
-Median durations of steps of one environment and of a vector, beside those of their rigs, and of
-resets by restoring and by building the rig.
+Median durations of steps of one environment, of a vector and of a rollout, beside those of their
+rigs, and of resets by restoring and by building the rig.
 """
 
 from __future__ import annotations
@@ -50,12 +50,38 @@ def steps(step: float) -> None:
     print(f"{step * 1e3:5.0f} ms  one: {of_env:8.1f} µs, {of_rig:8.1f} µs in its rig", end="")
     actions = np.tile(ACTION, (COUNT, 1))
     for threads in sorted({1, os.cpu_count() or 1}):
-        vector = TwinVectorEnv(COUNT, TROT, **ARGUMENTS, step=step, threads=threads)
-        vector.reset()
-        of_one = median_us(lambda: vector.step(actions), count) / COUNT
-        print(f"; of {COUNT}, {threads} threads: {of_one:7.1f} µs each", end="")
-        vector.close()
+        print(f"; of {COUNT}, {threads} threads: ", end="")
+        for batched in (False, True):
+            arguments = {**ARGUMENTS, "reward": speeds} if batched else ARGUMENTS
+            vector = TwinVectorEnv(
+                COUNT, TROT, **arguments, step=step, threads=threads, batched=batched
+            )
+            vector.reset()
+            of_one = median_us(lambda: vector.step(actions), count) / COUNT
+            print(f"{of_one:7.1f} µs each{' (batched)' if batched else ','}", end="")
+            vector.close()
+        rollout = twinrig.Rollout(
+            TROT,
+            ARGUMENTS["observations"],
+            step=step,
+            set=ARGUMENTS["set"],
+            fingerprint=False,
+            threads=threads,
+        )
+        # Short calls, so that other programs disturb few of them.
+        length = max(1, round(0.2 / step))
+        given = {
+            name: np.full((COUNT, length), value)
+            for name, value in zip(ARGUMENTS["actions"], ACTION)
+        }
+        of_one = median_us(lambda: rollout.run(None, given), 100) / COUNT / length
+        print(f", {of_one:7.1f} µs in a rollout", end="")
     print()
+
+
+def speeds(step: Any) -> Any:
+    """Return the rewards of all environments."""
+    return step["body/velocity"][:, 0]
 
 
 def resets() -> None:

@@ -172,6 +172,36 @@ def test_a_vector_has_the_results_of_single_environments(threads: int) -> None:
         equal(env.step(actions), peer.step(actions))
 
 
+def test_a_batch_has_the_rewards_and_terminations_of_single_steps() -> None:
+    def reward(step: Any) -> Any:
+        moved = step["body/position"] - step.before["body/position"]
+        return moved[..., 0] - step.action[..., 1] * step.time
+
+    def terminated(step: Any) -> Any:
+        return step.has_fallen | (step["body/position"][..., 0] > 0.01)
+
+    changes: dict[str, Any] = {**RANDOM, "reward": reward, "terminated": terminated}
+    each, batch = (TwinVectorEnv(4, TROT, **changes, batched=batched) for batched in (False, True))
+    each.action_space.seed(1)
+    for ours, theirs in zip(batch.reset(seed=7)[1].values(), each.reset(seed=7)[1].values()):
+        np.testing.assert_array_equal(ours, theirs)
+    ended = 0
+    for _ in range(14):
+        actions = each.action_space.sample()
+        (*ours, info), (*theirs, other) = batch.step(actions), each.step(actions)
+        ended += int(ours[2].sum())
+        for a, b in zip([*ours, *info.values()], [*theirs, *other.values()], strict=True):
+            np.testing.assert_array_equal(a, b)
+    assert ended > 0
+    for wrong, message in ((lambda step: 0.0, "shape"), (lambda step: step.time / 0.0, "finite")):
+        env = TwinVectorEnv(2, TROT, **{**GAIT, "reward": wrong}, batched=True)
+        env.reset()
+        with pytest.raises(ValueError, match=message), np.errstate(divide="ignore"):
+            env.step([ACTION] * 2)
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            env.step([ACTION] * 2)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

@@ -7,8 +7,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, TypeAlias
 
+import numpy as np
+import numpy.typing as npt
+
 from twinrig._layouts import ActionLayout, Names, SignalLayout
-from twinrig._parts import Floats, PartSource
+from twinrig._native import Lane
+from twinrig._parts import Channels, Floats, PartSource
 from twinrig._rig import Rig
 from twinrig._scenario import Scenario
 
@@ -18,15 +22,16 @@ class Values(Mapping[str, Floats]):
 
     __slots__ = ("_flat", "_slices")
 
-    def __init__(self, flat: Floats, slices: Mapping[str, slice]) -> None:
+    def __init__(self, flat: Floats, slices: Mapping[str, Any]) -> None:
         self._flat = flat
         self._slices = slices
 
     def __getitem__(self, name: str) -> Floats:
         try:
-            return self._flat[self._slices[name]]
+            found: Floats = self._flat[self._slices[name]]
         except KeyError:
             raise KeyError(f"signal `{name}` is not read: add it to `signals`") from None
+        return found
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._slices)
@@ -60,8 +65,37 @@ class Step:
         return self.after[name]
 
 
+class BatchStep:
+    """A step of all environments of a vector, for their rewards and terminations.
+
+    ``step["body/position"]`` are the values of a signal at the end of the step, shape
+    ``(num_envs, size)``. What is returned for environments that begin an episode in this step, with
+    the same signals before and after, is ignored.
+    """
+
+    __slots__ = ("action", "after", "before", "duration", "has_fallen", "time")
+
+    time: Floats
+    """Time of its end [s], shape ``(num_envs,)``."""
+    duration: float
+    """Its duration [s]."""
+    action: Floats
+    """Actions, shape ``(num_envs, k)``."""
+    has_fallen: npt.NDArray[np.bool_]
+    """Whether robots are on the ground at its end, shape ``(num_envs,)``."""
+    before: Values
+    """Signals at its begin, each of the shape ``(num_envs, size)``."""
+    after: Values
+    """The same signals at its end."""
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.after[name]
+
+
 Reward: TypeAlias = Callable[[Step], float]
 Termination: TypeAlias = Callable[[Step], bool]
+BatchReward: TypeAlias = Callable[[BatchStep], npt.ArrayLike]
+BatchTermination: TypeAlias = Callable[[BatchStep], npt.ArrayLike]
 
 
 class Episode:
@@ -75,11 +109,20 @@ class Episode:
         plant: str | None,
         controllers: Mapping[str, PartSource] | None,
         plants: Mapping[str, PartSource] | None,
+        fingerprint: bool = True,
     ) -> None:
         self._set = dict(set or {})
-        self._rig = partial(Rig, scenario, plant=plant, controllers=controllers, plants=plants)
+        self._rig = partial(
+            Rig,
+            scenario,
+            plant=plant,
+            controllers=controllers,
+            plants=plants,
+            fingerprint=fingerprint,
+        )
         self._key: tuple[int | None, str] | None = None
         self._start = b""
+        self._lane: Lane | None = None
         self.rig: Rig
         self.newest: Floats
         self.is_over = True
@@ -95,6 +138,13 @@ class Episode:
             if self._key is not None:
                 self.rig.close()
             self.rig, self._key, self._start = rig, key, rig.save()
+            self._lane = None
+
+    def lane(self, names: Channels) -> Lane:
+        """Return the rig with these commands and signals, always the same ones."""
+        if self._lane is None:
+            self._lane = Lane(self.rig, names)
+        return self._lane
 
     def begin(self, layout: SignalLayout) -> None:
         """Read the signals of time 0."""
@@ -140,20 +190,20 @@ class Task:
         rig: Rig,
         observations: Names,
         actions: Names,
-        reward: Reward,
+        reward: Reward | BatchReward,
         *,
         signals: Sequence[str],
         step: float | None,
         duration: float | None,
-        terminated: Termination | None,
+        terminated: Termination | BatchTermination | None,
     ) -> None:
         for name, function in (("reward", reward), ("terminated", terminated)):
             if function is not None and not callable(function):
                 raise TypeError(f"{name}: expected a function, not {type(function).__name__}")
         self.signals = SignalLayout(rig, observations, signals)
         self.actions = ActionLayout(rig, actions)
-        self._reward = reward
-        self._terminated = terminated
+        self.reward: Callable[[Any], Any] = reward
+        self.terminated: Callable[[Any], Any] | None = terminated
         self.step = rig.period if step is None else _seconds(step, "step")
         end = rig.duration if duration is None else _seconds(duration, "duration")
         if end > rig.duration:
@@ -164,6 +214,17 @@ class Task:
         self._end_ns = _nanoseconds(end)
         if self.step < rig.period:
             raise ValueError(f"step: {step} s is shorter than the control period, {rig.period} s")
+
+    def reward_of(self, step: Step) -> float:
+        """Return the reward of a step."""
+        reward = float(self.reward(step))
+        if not math.isfinite(reward):
+            raise ValueError(f"reward: {reward} at {step.time:.6g} s is not a finite number")
+        return reward
+
+    def truncated(self, times: Any) -> Any:
+        """Return whether episodes have reached their end at these times [s]."""
+        return np.rint(times * NANOSECONDS) >= self._end_ns
 
     def info(self, episode: Episode, has_fallen: bool) -> dict[str, Any]:
         """Return `info` of the newest step."""
@@ -179,11 +240,9 @@ class Task:
     def finish(self, episode: Episode, action: Floats) -> Result:
         """Judge the step that the rig has made."""
         step = episode.end_step(self.signals, action, self.step)
-        reward = float(self._reward(step))
-        if not math.isfinite(reward):
-            raise ValueError(f"reward: {reward} at {step.time:.6g} s is not a finite number")
-        terminated = bool(self._terminated(step)) if self._terminated else step.has_fallen
-        truncated = _nanoseconds(step.time) >= self._end_ns
+        reward = self.reward_of(step)
+        terminated = bool(self.terminated(step)) if self.terminated else step.has_fallen
+        truncated = bool(self.truncated(step.time))
         episode.is_over = terminated or truncated
         info = self.info(episode, step.has_fallen)
         return episode.observation(self.signals), reward, terminated, truncated, info

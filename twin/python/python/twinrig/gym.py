@@ -22,10 +22,21 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from twinrig._episode import Episode, Reward, Step, Task, Termination
+from twinrig._episode import (
+    BatchReward,
+    BatchStep,
+    BatchTermination,
+    Episode,
+    Reward,
+    Step,
+    Task,
+    Termination,
+    Values,
+)
 from twinrig._layouts import Names
+from twinrig._native import step_lanes
 from twinrig._parts import Floats, PartSource
-from twinrig._rig import Rig, Workers, step_all
+from twinrig._rig import Rig, Workers
 from twinrig._scenario import Scenario
 
 try:
@@ -38,7 +49,7 @@ except ImportError as _error:
         "twinrig.gym requires the package gymnasium: pip install 'twinrig[gym]'"
     ) from _error
 
-__all__ = ["Step", "TwinEnv", "TwinVectorEnv"]
+__all__ = ["BatchStep", "Step", "TwinEnv", "TwinVectorEnv"]
 
 ID = "Twinrig-v0"
 """Name of `TwinEnv` for `gymnasium.make`."""
@@ -252,8 +263,12 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
     threads
         Number of threads, one a core by default.
 
-    The others are those of `TwinEnv`. `reward` and `terminated` are called by the caller's thread,
-    for one environment after the other.
+    batched
+        Whether `reward` and `terminated` are functions of a `BatchStep`, which are called once for
+        all environments and return arrays of the shape ``(num_envs,)``; by default, they are called
+        for one environment after the other.
+
+    The others are those of `TwinEnv`. The caller's thread calls `reward` and `terminated`.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
@@ -264,7 +279,7 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
         scenario: Scenario,
         observations: Names,
         actions: Names,
-        reward: Reward,
+        reward: Reward | BatchReward,
         *,
         set: Mapping[str, Any] | None = None,
         plant: str | None = None,
@@ -273,16 +288,24 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
         signals: Sequence[str] = (),
         step: float | None = None,
         duration: float | None = None,
-        terminated: Termination | None = None,
+        terminated: Termination | BatchTermination | None = None,
         reseed: bool = False,
         threads: int | None = None,
+        batched: bool = False,
         render_mode: None = None,
     ) -> None:
         if num_envs < 1:
             raise ValueError(f"num_envs: expected at least 1, not {num_envs}")
         self.num_envs, self.render_mode = num_envs, render_mode
         self._episodes = [
-            Episode(scenario, set=set, plant=plant, controllers=controllers, plants=plants)
+            Episode(
+                scenario,
+                set=set,
+                plant=plant,
+                controllers=controllers,
+                plants=plants,
+                fingerprint=False,
+            )
             for _ in range(num_envs)
         ]
         self._task = Task(
@@ -295,6 +318,10 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
             duration=duration,
             terminated=terminated,
         )
+        self._batched = batched
+        self._names = self._task.actions.names, self._task.signals.names
+        self._newest = _Newest(num_envs, self._task.signals.width)
+        self._is_over = np.ones(num_envs, np.bool_)
         self._seeds = [Seeds(reseed) for _ in range(num_envs)]
         self._draws: list[np.random.Generator | None] = [None] * num_envs
         self._workers = Workers(threads)
@@ -325,20 +352,24 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
         if len(seeds) != self.num_envs:
             raise ValueError(f"seed: expected {self.num_envs} seeds, not {len(seeds)}")
         self._settings = settings
-        begun = [self._begin(i, seeds[i]) for i in range(self.num_envs)]
-        self._has_begun = True
-        return np.stack([observation for observation, _ in begun]), _joined(
-            [info for _, info in begun]
-        )
+        newest = _Newest(self.num_envs, self._task.signals.width)
+        for i in range(self.num_envs):
+            self._begin(i, seeds[i], newest)
+        self._newest, self._has_begun = newest, True
+        return self._observations(), self._info()
 
-    def _begin(self, index: int, seed: int | None) -> tuple[Floats, dict[str, Any]]:
+    def _begin(self, index: int, seed: int | None, newest: _Newest) -> None:
         """Begin an episode of one environment."""
         if seed is not None:
             self._draws[index] = gymnasium.utils.seeding.np_random(seed)[0]
         seed = self._seeds[index].next(seed, lambda: self._generator(index))
         settings = self._settings.of(index, lambda: self._generator(index))
-        self._episodes[index].prepare(seed, settings)
-        return self._task.begin(self._episodes[index])
+        episode = self._episodes[index]
+        episode.prepare(seed, settings)
+        rig = episode.rig
+        newest.values[index] = rig.read(self._task.signals.names)
+        newest.times[index], newest.has_fallen[index] = rig.now, rig.has_fallen
+        self._is_over[index] = False
 
     def _generator(self, index: int) -> np.random.Generator:
         """Return the generator of later seeds of one environment."""
@@ -359,41 +390,113 @@ class TwinVectorEnv(VectorEnv[Floats, Floats, npt.NDArray[Any]]):
             raise gymnasium.error.ResetNeeded("the episodes have not begun: call `reset`")
         layout = self._task.actions
         checked = layout.checked(actions, (self.num_envs, *layout.low.shape))
-        was_over = [episode.is_over for episode in self._episodes]
         self._has_begun = False  # Unless all succeeds.
-        self._advance([i for i in range(self.num_envs) if not was_over[i]], checked)
-        results = [
-            self._next(i) if was_over[i] else self._task.finish(episode, checked[i])
-            for i, episode in enumerate(self._episodes)
-        ]
+        begins = self._is_over.copy()
+        newest = self._advance(np.flatnonzero(~begins), checked)
+        judge = self._judge_batch if self._batched else self._judge_each
+        rewards, terminated = judge(newest, checked, begins)
+        truncated = self._task.truncated(newest.times) & ~begins
+        self._newest, self._is_over = newest, terminated | truncated
         self._has_begun = True
-        observations, rewards, terminated, truncated, infos = zip(*results, strict=True)
-        return (
-            np.stack(observations),
-            np.array(rewards, np.float64),
-            np.array(terminated, np.bool_),
-            np.array(truncated, np.bool_),
-            _joined(infos),
+        return self._observations(), rewards, terminated, truncated, self._info()
+
+    def _advance(self, running: npt.NDArray[np.intp], actions: Floats) -> _Newest:
+        """Advance the rigs of environments by a step, and return what is newest then."""
+        lanes = [self._episodes[i].lane(self._names) for i in running]
+        of_running = actions if len(lanes) == self.num_envs else actions[running]
+        values, times, has_fallen, errors = step_lanes(
+            lanes, of_running.ravel(), self._task.step, self._workers
         )
-
-    def _next(self, index: int) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
-        """Begin the next episode of one environment instead of a step."""
-        observation, info = self._begin(index, None)
-        return observation, 0.0, False, False, info
-
-    def _advance(self, running: Sequence[int], actions: Floats) -> None:
-        """Advance the rigs of environments by a step."""
-        rigs = [self._episodes[i].rig for i in running]
-        for i, rig in zip(running, rigs, strict=True):
-            self._task.actions.apply(rig, actions[i])
-        failed = step_all(rigs, self._task.step, workers=self._workers)
-        errors = [(i, error) for i, error in zip(running, failed, strict=True) if error is not None]
-        for i, error in errors:
+        first = None
+        for i, failed in zip(running, errors, strict=True):
+            if failed is None:
+                continue
+            error = failed[2]
             self._episodes[i].fail()
             if hasattr(error, "add_note"):
                 error.add_note(f"in environment {i}")
-        if errors:
-            raise errors[0][1]
+            first = first or error
+        if first is not None:
+            raise first
+        newest = _Newest(self.num_envs, self._task.signals.width)
+        newest.values[running] = values.reshape(len(lanes), self._task.signals.width)
+        newest.times[running], newest.has_fallen[running] = times, has_fallen
+        return newest
+
+    def _judge_each(
+        self, newest: _Newest, actions: Floats, begins: npt.NDArray[np.bool_]
+    ) -> tuple[Floats, npt.NDArray[np.bool_]]:
+        """Return rewards and terminations of environments, each of its own step."""
+        task, slices = self._task, self._task.signals.slices
+        rewards = np.zeros(self.num_envs)
+        terminated = newest.has_fallen & ~begins
+        rows = zip(
+            self._newest.shown,
+            newest.shown,
+            newest.times.tolist(),
+            newest.has_fallen.tolist(),
+            begins.tolist(),
+            strict=True,
+        )
+        for i, (before, after, time, has_fallen, is_begin) in enumerate(rows):
+            if is_begin:
+                self._begin(i, None, newest)
+                continue
+            step = Step()
+            step.time, step.duration, step.has_fallen = time, task.step, has_fallen
+            step.action = actions[i]
+            step.before, step.after = Values(before, slices), Values(after, slices)
+            rewards[i] = task.reward_of(step)
+            if task.terminated is not None:
+                terminated[i] = bool(task.terminated(step))
+        return rewards, terminated
+
+    def _judge_batch(
+        self, newest: _Newest, actions: Floats, begins: npt.NDArray[np.bool_]
+    ) -> tuple[Floats, npt.NDArray[np.bool_]]:
+        """Return rewards and terminations of environments, of one step of all of them."""
+        task = self._task
+        before = self._newest.shown
+        if begins.any():
+            for i in np.flatnonzero(begins):
+                self._begin(int(i), None, newest)
+            # Those that begin have the same signals before and after.
+            before = np.where(begins[:, None], newest.values, before)
+            before.flags.writeable = False
+        slices = {name: (slice(None), span) for name, span in task.signals.slices.items()}
+        step = BatchStep()
+        step.time, step.duration, step.has_fallen = newest.times, task.step, newest.has_fallen
+        step.action = actions
+        step.before, step.after = Values(before, slices), Values(newest.shown, slices)
+        rewards = np.where(begins, 0.0, self._array(task.reward(step), np.float64, "reward"))
+        if not np.isfinite(rewards).all():
+            at = int(np.argmin(np.isfinite(rewards)))
+            raise ValueError(f"reward: {rewards[at]} of environment {at} is not a finite number")
+        terminated = newest.has_fallen
+        if task.terminated is not None:
+            terminated = self._array(task.terminated(step), np.bool_, "terminated")
+        return rewards, terminated & ~begins
+
+    def _array(self, values: object, kind: type, argument: str) -> npt.NDArray[Any]:
+        array: npt.NDArray[Any] = np.asarray(values, kind)
+        if array.shape != (self.num_envs,):
+            raise ValueError(
+                f"{argument}: expected the shape ({self.num_envs},), not {array.shape}"
+            )
+        return array
+
+    def _observations(self) -> Floats:
+        return self._newest.values[:, : self._task.signals.count].copy()
+
+    def _info(self) -> dict[str, Any]:
+        """Return `info`: an array for each key, and which environments have it: all."""
+        newest, layout = self._newest, self._task.signals
+        named = {"time": newest.times.copy(), "has_fallen": newest.has_fallen.copy()}
+        named |= {name: newest.values[:, layout.slices[name]].copy() for name in layout.shown}
+        info: dict[str, Any] = {}
+        for name, array in named.items():
+            info[name], info[f"_{name}"] = array, np.ones(self.num_envs, np.bool_)
+        return info
 
     def close_extras(self, **_: Any) -> None:
         """Close the rigs."""
@@ -410,13 +513,16 @@ def _spaces(task: Task) -> tuple[Space[Floats], Space[Floats]]:
     )
 
 
-def _joined(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return `info` of a vector: an array for each key, and which environments have it: all."""
-    joined: dict[str, Any] = {}
-    for name in infos[0]:
-        joined[name] = np.array([info[name] for info in infos])
-        joined[f"_{name}"] = np.ones(len(infos), np.bool_)
-    return joined
+class _Newest:
+    """Newest signals, times and falls of environments."""
+
+    def __init__(self, count: int, width: int) -> None:
+        self.values = np.empty((count, width))
+        self.times = np.empty(count)
+        self.has_fallen = np.empty(count, np.bool_)
+        self.shown = self.values.view()
+        """`values` for functions that must not change them."""
+        self.shown.flags.writeable = False
 
 
 gymnasium.register(
