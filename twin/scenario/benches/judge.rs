@@ -90,6 +90,22 @@ fn ten_thousand_observations_of_a_delay(bencher: divan::Bencher) {
     observe(bencher, DELAY, 10_000, SimDuration::from_millis(1));
 }
 
+/// One second of observations with 1000 bounds on one signal, which share their statistics. The
+/// target is twice the time of one bound.
+#[divan::bench(args = [1, 1_000])]
+fn five_hundred_observations_of_bounds(bencher: divan::Bencher, bounds: usize) {
+    let bound = |n| {
+        format!(
+            "{{ signal = {{ name = 'leg/LF/foot/load', always = {{ max = '{}.5 N' }} }} }},\n",
+            n + 5
+        )
+    };
+    let bounds: String = (0..bounds).map(bound).collect();
+    let start = SCENARIO.find("expect").unwrap_or(SCENARIO.len());
+    let text = format!("{}expect = [\n{bounds}]\n", &SCENARIO[..start]);
+    observe(bencher, &text, 500, SimDuration::from_millis(2));
+}
+
 fn observe(bencher: divan::Bencher, text: &str, count: usize, period: SimDuration) {
     let scene = scene(text);
     let ports: Vec<Port> = required_ports(&scene);

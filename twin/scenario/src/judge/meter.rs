@@ -3,6 +3,7 @@
 
 use twinrig_kernel::SimTime;
 
+use super::bounds::Bounds;
 use super::outcome::Finding;
 use super::recovery::RecoveryMeter;
 use super::settling::Settling;
@@ -21,6 +22,8 @@ pub(crate) enum Meter {
         absolute: bool,
         limits: Limits,
         extremes: Extremes,
+        /// Bounds of other expectations on the same samples.
+        others: Option<Box<Bounds>>,
     },
     /// Peak-to-peak range of an element.
     Range {
@@ -69,11 +72,16 @@ impl Meter {
                 absolute,
                 limits,
                 extremes,
+                others,
             } => {
                 for &element in elements.iter() {
                     let value = values[element];
                     let value = if *absolute { value.abs() } else { value };
                     extremes.add_of_within(element, now, value, limits);
+                }
+                if let Some(others) = others {
+                    let mut sampled = elements.iter().map(|element| values[*element]);
+                    others.add(now, extremes, sampled.any(f64::is_nan));
                 }
             }
             Meter::Range {

@@ -1,6 +1,7 @@
 //! The judge: turns samples and events of a run into verdicts.
 
 mod at_end;
+mod bounds;
 mod buses;
 mod channel;
 mod compare;
@@ -20,6 +21,7 @@ mod recovery;
 mod resolve;
 mod sequence;
 mod settling;
+mod sharing;
 mod sliding_max;
 mod steps;
 mod touch_downs;
@@ -118,7 +120,9 @@ impl Judge {
         let feet = feet(scene, &layouts);
         let foot_channel = feet.first().map_or(Group::Plant, |foot| foot.channel);
         let monitor = |expectation| resolve::monitor(expectation, scene, &layouts, foot_channel);
-        let monitors: Vec<Monitor> = scenario.expectations.iter().map(monitor).collect();
+        let monitors = scenario.expectations.iter().map(monitor);
+        let mut monitors: Vec<Monitor> = monitors.collect();
+        let is_shared = sharing::share(&mut monitors, &scenario.expectations);
         let indices = |is_selected: &dyn Fn(&Monitor) -> bool| -> Vec<usize> {
             let indices = 0..monitors.len();
             indices
@@ -128,7 +132,9 @@ impl Judge {
         let step_monitors = indices(&Monitor::is_of_footsteps);
         let is_of_signal = |monitor: &Monitor| matches!(monitor.meter, MonitorKind::Signal(_));
         let signal_monitors = layouts.groups().map(|(group, _)| {
-            indices(&|monitor| monitor.channel == group && is_of_signal(monitor))
+            let mut indices = indices(&|monitor| monitor.channel == group && is_of_signal(monitor));
+            indices.retain(|index| !is_shared[*index]);
+            indices
         });
         let pair_monitors = layouts
             .groups()
@@ -251,6 +257,7 @@ impl Judge {
         self.load_cycles.clear();
         self.load_cycles.finish(&mut self.monitors);
         self.close_footsteps();
+        sharing::distribute(&mut self.monitors);
         for monitor in &mut self.monitors {
             if let MonitorKind::Sequence(meter) = &mut monitor.meter {
                 monitor.samples = meter.finish();

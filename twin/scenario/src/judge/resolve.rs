@@ -164,6 +164,7 @@ fn limited(
             absolute,
             limits,
             extremes: Extremes::default(),
+            others: None,
         };
         (channel, meter)
     };
@@ -207,6 +208,7 @@ fn signal(
             absolute: false,
             limits: *limits,
             extremes: Extremes::default(),
+            others: None,
         },
         SignalMode::Eventually(limits, _) => Meter::Eventually {
             elements: elements.into_iter().map(Nearest::new).collect(),

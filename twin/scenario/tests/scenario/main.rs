@@ -1,5 +1,6 @@
 //! Tests of the scenario language and of its judge.
 
+mod bounds;
 mod buses;
 mod common;
 mod compare;
