@@ -250,11 +250,13 @@ pub(crate) fn kind_of_spelling(spelling: &str) -> Option<&'static Kind> {
 
 /// Returns the scale of `spelling` within `kind`.
 pub(crate) fn scale(kind: &Kind, spelling: &str) -> Option<Scale> {
-    let spelling = normal(spelling);
-    kind.spellings
-        .iter()
-        .find(|(known, _)| normal(known) == spelling)
-        .map(|(_, scale)| *scale)
+    let mut spellings = kind.spellings.iter();
+    let same = spellings.clone().find(|(known, _)| *known == spelling);
+    let found = same.or_else(|| {
+        let spelling = normal(spelling);
+        spellings.find(|(known, _)| normal(known) == spelling)
+    });
+    found.map(|(_, scale)| *scale)
 }
 
 /// Normalises a spelling: `kg·m²`, `kg*m^2`, `kg m2`; `µs` and `us`; `°` and `deg`.
