@@ -43,8 +43,8 @@ pub(super) struct History {
     end_s: f64,
     /// Increments of the last sample.
     increments: Vec<Lanes>,
-    /// Rows of sums, all blocks of legs of each quantity in a row: those at the last instants, those
-    /// at the last sample, and those before the first one, which are zero.
+    /// Rows of sums, all blocks of legs of each quantity in a row: those at the last instants,
+    /// those at the last sample, and those before the first one, which are zero.
     rows: Vec<Lanes>,
     /// Number of instants stored so far.
     count: usize,
