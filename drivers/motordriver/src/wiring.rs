@@ -69,12 +69,12 @@ impl Signals {
         let all = || positions.iter().chain(&angles).chain(&force);
         let first = all().map(|range| range.start).min().unwrap_or_default();
         let end = all().map(|range| range.end).max().unwrap_or_default();
-        let within = |range: &Range<usize>| range.start - first..range.end - first;
+        let within = |range: Range<usize>| range.start - first..range.end - first;
         Self {
             sampled: first..end,
             positions: positions.iter().map(|place| place.start - first).collect(),
-            angles: angles.as_ref().map(within),
-            force: force.as_ref().map(within),
+            angles: angles.map(within),
+            force: force.map(within),
             motors,
         }
     }
