@@ -127,6 +127,9 @@ fn leg() -> impl Strategy<Value = Vec<Contact>> {
     })
 }
 
+/// Robots with blocks of four legs that are full, empty in part, or several.
+const LEGS: std::ops::RangeInclusive<usize> = 1..=6;
+
 fn gait(legs: impl Strategy<Value = Vec<Vec<Contact>>>) -> impl Strategy<Value = Gait> {
     // Evenly over the logarithm: from 4 Hz to 0.25 Hz.
     let period = (0.0..1.0_f64).prop_map(|share| 0.25 * libm::pow(16.0, share));
@@ -140,7 +143,7 @@ proptest! {
     /// Measures of a cycle are those of the closed form, with any bounces.
     #[test]
     fn cycles_of_periodic_loads_are_those_of_their_fourier_series(
-        gait in gait(proptest::collection::vec(leg(), 4)),
+        gait in gait(proptest::collection::vec(leg(), LEGS)),
     ) {
         let lasts_s = 8.0 * gait.period_s;
         let cycles = gait.cycles(lasts_s);
@@ -153,7 +156,7 @@ proptest! {
         let instants = 0.01 / gait.period_s;
         for cycle in &cycles {
             prop_assert!((cycle.period.as_secs_f64() / gait.period_s - 1.0).abs() < 0.005, "{cycle:?}");
-            for leg in 0..4 {
+            for leg in 0..gait.legs.len() {
                 let of_leg = cycle.legs[leg];
                 let phase = cycle.phase(leg, 0).unwrap();
                 let expected = gait.phase(leg) - gait.phase(0);
@@ -173,7 +176,7 @@ proptest! {
     /// A gait that changes its frequency has cycles of the one period and then of the other.
     #[test]
     fn cycles_follow_a_change_of_frequency(
-        gait in gait(proptest::collection::vec(leg(), 4)),
+        gait in gait(proptest::collection::vec(leg(), LEGS)),
         faster in 1.1..2.0_f64,
     ) {
         let after = Gait { period_s: gait.period_s / faster, ..gait.clone() };
@@ -183,7 +186,7 @@ proptest! {
         } else {
             after.load(leg, at_s - change_s)
         };
-        for cycle in cycles(4, 2.0 * change_s, &load) {
+        for cycle in cycles(gait.legs.len(), 2.0 * change_s, &load) {
             let at_s = cycle.centre.as_secs_f64();
             // Windows of three cycles and half a cycle of the search.
             let expected = match at_s - change_s {
@@ -198,16 +201,16 @@ proptest! {
     /// Standing, with loads that differ and drift, has no cycles.
     #[test]
     fn standing_has_no_cycles(
-        loads in proptest::collection::vec((0.0..10.0_f64, -0.2..0.2_f64), 4),
+        loads in proptest::collection::vec((0.0..10.0_f64, -0.2..0.2_f64), LEGS),
     ) {
         let load = |leg: usize, at_s: f64| (loads[leg].0 + loads[leg].1 * at_s).max(0.0);
-        prop_assert_eq!(cycles(4, 20.0, &load), vec![]);
+        prop_assert_eq!(cycles(loads.len(), 20.0, &load), vec![]);
     }
 
     /// The end of a run changes no cycle that was complete before.
     #[test]
     fn the_end_of_a_run_changes_no_earlier_cycle(
-        gait in gait(proptest::collection::vec(leg(), 4)),
+        gait in gait(proptest::collection::vec(leg(), LEGS)),
         ends in 0.3..1.0_f64,
     ) {
         let lasts_s = 8.0 * gait.period_s + LOOKAHEAD_S;
