@@ -13,8 +13,11 @@ use twinrig_kernel::near_misses;
 /// assert_eq!(nearest("colour", ["period", "frequency"]), None);
 /// ```
 pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
+    nearest_of(word, &candidates.into_iter().collect::<Vec<_>>())
+}
+
+fn nearest_of<'c>(word: &str, candidates: &[&'c str]) -> Option<&'c str> {
     const PART_MIN: usize = 3;
-    let candidates: Vec<&str> = candidates.into_iter().collect();
     let plain = |text: &str| text.to_lowercase().replace([' ', '-', '_', '.'], "");
     let same = |candidate: &&&str| plain(candidate) == plain(word);
     if let Some(same) = candidates.iter().find(same) {
@@ -22,7 +25,7 @@ pub fn nearest<'c>(word: &str, candidates: impl IntoIterator<Item = &'c str>) ->
     }
     let near = near_misses(word, candidates.iter().copied());
     near.first().copied().or_else(|| {
-        candidates.into_iter().find(|candidate| {
+        candidates.iter().copied().find(|candidate| {
             let (short, long) = if word.len() < candidate.len() {
                 (word, *candidate)
             } else {
@@ -42,11 +45,14 @@ pub fn suggestion<'c>(
     label: &str,
     candidates: impl IntoIterator<Item = &'c str>,
 ) -> String {
+    suggestion_of(word, label, &candidates.into_iter().collect::<Vec<_>>())
+}
+
+fn suggestion_of(word: &str, label: &str, candidates: &[&str]) -> String {
     const SHOWN_MAX: usize = 24;
     /// Room for the list in a line of a message.
     const LENGTH_MAX: usize = 210;
-    let candidates: Vec<&str> = candidates.into_iter().collect();
-    if let Some(near) = nearest(word, candidates.iter().copied()) {
+    if let Some(near) = nearest_of(word, candidates) {
         return format!("did you mean `{near}`?");
     }
     if candidates.is_empty() {

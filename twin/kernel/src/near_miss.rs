@@ -11,6 +11,10 @@ const SUGGESTIONS_MAX: usize = 3;
 /// assert_eq!(near_misses("frequncy", ["period", "frequency"]), ["frequency"]);
 /// ```
 pub fn near_misses<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    near_misses_of(word, &candidates.into_iter().collect::<Vec<_>>())
+}
+
+fn near_misses_of<'a>(word: &str, candidates: &[&'a str]) -> Vec<&'a str> {
     let letters = word.chars().count();
     let distance_max = (letters / 3).max(2);
     // No edit distance is below the difference of the lengths, which is counted first: it rules out
@@ -18,7 +22,8 @@ pub fn near_misses<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>
     let may_be_near =
         |candidate: &&str| candidate.chars().count().abs_diff(letters) <= distance_max;
     let mut found: Vec<(usize, &str)> = candidates
-        .into_iter()
+        .iter()
+        .copied()
         .filter(may_be_near)
         .map(|candidate| (strsim::osa_distance(word, candidate), candidate))
         .filter(|&(distance, candidate)| {
