@@ -185,7 +185,10 @@ impl PyRig {
         let mut locked = self.lock()?;
         let fingerprint = locked.state()?.fingerprint.as_ref();
         let fingerprint = fingerprint.ok_or_else(|| {
-            PyValueError::new_err("the rig has no fingerprint: build it with `fingerprint=True`")
+            PyValueError::new_err(
+                "the rig has no fingerprint: it was built, or its state saved, with \
+                 `fingerprint=False`",
+            )
         })?;
         Ok(fingerprint.digest().to_string())
     }

@@ -56,6 +56,8 @@ pub(crate) struct RigState {
     pub(crate) rig: Rig,
     /// None: samples and events are not hashed.
     pub(crate) fingerprint: Option<Fingerprint>,
+    /// Whether a fingerprint of a restored state is continued.
+    has_fingerprint: bool,
     pub(crate) latest: Latest,
     /// Those of its Python parts.
     pub(crate) exceptions: Exceptions,
@@ -80,6 +82,7 @@ impl RigState {
         Self {
             rig,
             fingerprint: has_fingerprint.then(Fingerprint::new),
+            has_fingerprint,
             latest: Latest(latest),
             exceptions,
             objects,
@@ -200,7 +203,7 @@ impl RigState {
             exception.unwrap_or_else(|| PyValueError::new_err(error.to_string()))
         })?;
         self.reached = reached;
-        self.fingerprint = fingerprint;
+        self.fingerprint = fingerprint.filter(|_| self.has_fingerprint);
         self.latest = Latest(latest);
         Ok(())
     }

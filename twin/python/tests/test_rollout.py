@@ -130,6 +130,12 @@ def test_without_fingerprints_the_signals_are_the_same() -> None:
     rig.step()
     rig.restore(hashed.states[0])
     assert len(rig.fingerprint) == 64
+    # A rig that does not hash goes on without.
+    rig = twinrig.Rig(TROT, fingerprint=False)
+    rig.restore(hashed.states[0])
+    with pytest.raises(ValueError, match="no fingerprint"):
+        rig.fingerprint
+    assert rig.save() == plain.states[0]
 
 
 def test_failure_of_a_lane_leaves_the_others() -> None:

@@ -44,7 +44,7 @@ class Rig(_native.Rig):
         see `twinrig.Controller` and `twinrig.Plant`.
     fingerprint
         Whether samples and events are hashed for `fingerprint`, which takes a seventh of a run of
-        the trot. A restored rig has the fingerprint of its state, or none.
+        the trot. A rig that hashes continues the fingerprint of a restored state, if it has one.
     """
 
     def __new__(
