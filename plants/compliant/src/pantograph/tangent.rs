@@ -77,3 +77,6 @@ impl<L: Lanes> Tangent<L> {
         ([closed - knee, knee, -closed, radius * tension], tension)
     }
 }
+
+#[cfg(test)]
+mod tests;
