@@ -1,5 +1,6 @@
 use super::*;
 use crate::lanes::{Numbers, Portable, Quad, Simd};
+use crate::rk4::weights::times;
 use crate::rk4::{Fastest, StepControl, StepError, Substep, System};
 
 /// A pair of motions with a mode that need not be their own, and the integral of the first.
@@ -164,6 +165,44 @@ fn stiff_motion_has_its_closed_form_in_long_substeps() {
         "{x} {y}"
     );
     assert!((pair.area - (x - 1.0)).abs() < 1e-9, "{}", pair.area);
+}
+
+/// Weighted sums over the stages and what they do not contain are the closed forms of ∫x dt and
+/// ∫x² dt, with x = exp λt − 1.
+#[test]
+fn integrals_along_a_decay_have_their_closed_forms() {
+    let mode = Along2 {
+        rate: -800.0,
+        vector: [1.0, 0.0],
+        covector: [1.0, 0.0],
+    };
+    for h in [0.7e-3, 3e-3, 20e-3] {
+        let z = mode.rate * h;
+        let slope = |state: &[f64; 2]| [mode.rate * state[0], 0.0];
+        let start = [1.0, 0.0];
+        let k1 = slope(&start);
+        let mut along = Along::new(mode, &k1, h).unwrap();
+        let second = along.second(&Pair::along(&start, [&k1], times(SECOND, h)));
+        let k2 = slope(&second);
+        let third = along.third(&Pair::along(&start, [&k1, &k2], times(THIRD, h)), &k2);
+        let k3 = slope(&third);
+        let slopes = [&k1, &k2, &k3];
+        let fourth = along.fourth(&Pair::along(&start, slopes, times(FOURTH, h)), &k3);
+        let k4 = slope(&fourth);
+        let slopes = [&k1, &k2, &k3, &k4];
+        along.end(&Pair::along(&start, slopes, times(MEAN, h)), &k4);
+        let [linear, square] = along.unseen().integrals.map(first);
+        let stages = [second, third, fourth].map(|state| state[0] - 1.0);
+        let sum = |power: i32| -> f64 {
+            let parts = stages.iter().zip(&MEAN[1..]);
+            let parts = parts.map(|(x, weight)| weight * h * libm::pow(*x, f64::from(power)));
+            parts.sum()
+        };
+        let [once, twice] = [z, 2.0 * z].map(|z| libm::expm1(z) / mode.rate);
+        assert!((sum(1) + linear - (once - h)).abs() < 1e-12 * h, "{h}");
+        let expected = 0.5 * twice - 2.0 * once + h;
+        assert!((sum(2) + square - expected).abs() < 1e-12 * h, "{h}");
+    }
 }
 
 #[test]

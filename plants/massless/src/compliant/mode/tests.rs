@@ -46,12 +46,12 @@ fn run(flow: &mut CompliantFlow, steps: u32) -> [f64; 2] {
     [tension, rate]
 }
 
-/// Rate of the mode, and pairs of derivatives along it: found by differences, and those of the
-/// mode.
+/// Rate of the mode, and pairs of derivatives along it, the last two halves of second ones: found by
+/// differences, and those of the mode.
 struct Derivatives<'a>(&'a CompliantFlow);
 
 impl Kernel for Derivatives<'_> {
-    type Output = [Quad; 14];
+    type Output = [Quad; 18];
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
@@ -104,11 +104,23 @@ impl Kernel for Derivatives<'_> {
             mode.driven[0],
             mode.lost[0],
         ];
-        let mut all = [mode.rate.quad(); 14];
+        let mut all = [mode.rate.quad(); 18];
         for k in 0..6 {
             all[2 + 2 * k] = (found[k] * per).quad();
             all[3 + 2 * k] = own[k].quad();
         }
+        const WIDE: f64 = 1e-6;
+        let amount = simd.splat(WIDE);
+        let middle = slope_of(&state);
+        let [after, before] = [amount, -amount].map(|amount| slope_of(&mode.added(&state, amount)));
+        let bend = |after: S::Lanes, middle: S::Lanes, before: S::Lanes| {
+            (after - middle + (before - middle)) * (0.5 / (WIDE * WIDE))
+        };
+        let [after, middle, before] = [after.flows, middle.flows, before.flows];
+        all[14] = bend(after.actuator, middle.actuator, before.actuator).quad();
+        all[15] = mode.driven[1].quad();
+        all[16] = bend(after.dissipated, middle.dissipated, before.dissipated).quad();
+        all[17] = mode.lost[1].quad();
         all
     }
 }
