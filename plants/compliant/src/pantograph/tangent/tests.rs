@@ -32,6 +32,8 @@ impl Kernel for Motion {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Found {
+        // Forces are linear in rates as long as they press.
+        const SMALL: f64 = 1e-3;
         let leg = leg();
         let pantograph = Pantograph::new(leg).unwrap();
         let constants = [PantographConstants::<3>::new(leg, &pantograph); LANES];
@@ -52,8 +54,6 @@ impl Kernel for Motion {
             let depths = Depths::new(&legs, &turns, &joints).depths;
             (Internal::new(&legs, &turns, &joints, true), tangent, depths)
         };
-        // Forces are linear in rates as long as they press.
-        const SMALL: f64 = 1e-3;
         let ([after, before], (_, tangent, depths)) =
             ([SMALL, -SMALL].map(inside).map(|it| it.0), inside(0.0));
         let number = |lanes: S::Lanes| lanes.quad().0[0];
