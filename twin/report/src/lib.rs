@@ -10,8 +10,9 @@
 //! # Limits
 //!
 //! - It knows no scenario, no study and no run.
-//! - Pages have no scripts, fonts or network access.
+//! - Pages have no fonts and no network access. It has no scripts of its own; a caller may add some.
 
+pub mod comparison;
 pub mod html;
 pub mod number;
 pub mod page;

@@ -1,17 +1,15 @@
 //! Text form of reports.
 
-mod shown;
-
 use std::fmt::Write as _;
 
 use anstyle::Style;
-use shown::Shown;
 use twinrig_campaign::spread::EnsembleKind;
 use twinrig_document::escaped;
 use twinrig_kernel::SimTime;
 use twinrig_scenario::{Outcome, Verdict};
 
 use crate::report::left_out;
+use twinrig_report::comparison::{Comparison, Shown};
 use twinrig_report::number::percent;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
@@ -172,7 +170,7 @@ fn expectations(report: &Report) -> Grid {
     for line in std::iter::once(first).chain(lines) {
         let outcome = &line.outcome;
         let (mark, style) = mark(line);
-        let shown = Shown::of(outcome);
+        let shown = shown(outcome);
         let number =
             |value: Option<f64>| value.map(|value| shown.number(value)).unwrap_or_default();
         let bad = if outcome.holds() { Style::new() } else { style };
@@ -230,7 +228,7 @@ fn remark(outcome: &Outcome, recorded: bool) -> String {
         detail += &in_recording(at);
     }
     if let (Some(bound), Some(other)) = (outcome.bound, outcome.other_bound) {
-        let shown = Shown::of(outcome);
+        let shown = shown(outcome);
         let (least, greatest) = (
             shown.number(bound.min(other)),
             shown.number(bound.max(other)),
@@ -256,6 +254,17 @@ fn remark(outcome: &Outcome, recorded: bool) -> String {
     }
 }
 
+/// Returns the format of the numbers of an outcome.
+fn shown(outcome: &Outcome) -> Shown<'static> {
+    let comparison = Comparison {
+        measured: outcome.measured,
+        bound: outcome.bound,
+        other_bound: outcome.other_bound,
+        margin: outcome.margin,
+    };
+    Shown::of(&comparison, outcome.unit.symbol())
+}
+
 /// Returns the remark on an outcome, after that on the ensemble.
 fn line_remark(line: &Line, recorded: bool) -> String {
     let remark = remark(&line.outcome, recorded);
@@ -274,7 +283,7 @@ fn ensemble_remark(outcome: &Outcome, ensemble: &LineEnsemble) -> String {
     let spread = &ensemble.spread;
     let mut text = format!("holds in {} of {} runs", spread.held, spread.runs);
     if let Some(margins) = spread.margins {
-        let shown = Shown::of(&Outcome {
+        let shown = shown(&Outcome {
             margin: Some(margins.min),
             ..outcome.clone()
         });
@@ -301,7 +310,7 @@ pub fn line_sentence(line: &Line, recorded: bool) -> String {
 
 /// Returns an outcome in one line.
 pub fn sentence(outcome: &Outcome, recorded: bool) -> String {
-    let shown = Shown::of(outcome);
+    let shown = shown(outcome);
     let mut parts = Vec::new();
     if let (Some(measured), Some(bound)) = (outcome.measured, outcome.bound) {
         let (measured, bound) = (shown.number(measured), shown.number(bound));

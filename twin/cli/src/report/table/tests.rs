@@ -1,8 +1,6 @@
-use std::f64::consts::PI;
 use std::sync::Arc;
 
 use anstream::adapter::strip_str;
-use proptest::prelude::*;
 use twinrig_document::{Place, Source};
 use twinrig_kernel::{SimTime, Unit};
 use twinrig_runtime::WorkCounts;
@@ -30,56 +28,6 @@ fn outcome(measured: f64, bound: f64, margin: f64, unit: Unit) -> Outcome {
         witness: Witness::default(),
         detail: String::new(),
     }
-}
-
-fn shown(outcome: &Outcome) -> [String; 4] {
-    let shown = Shown::of(outcome);
-    let number = |value: Option<f64>| shown.number(value.unwrap());
-    [
-        number(outcome.measured),
-        number(outcome.bound),
-        number(outcome.margin),
-        shown.symbol.to_owned(),
-    ]
-}
-
-#[test]
-fn unit_depends_on_magnitude() {
-    let of = |measured, bound, margin, unit| shown(&outcome(measured, bound, margin, unit));
-    assert_eq!(
-        of(0.0031, 0.005, 0.0019, Unit::Meter),
-        ["3.10", "5.00", "1.90", "mm"]
-    );
-    assert_eq!(
-        of(0.107, 0.05, 0.057, Unit::Meter),
-        ["0.107", "0.050", "0.057", "m"]
-    );
-    let degree = PI / 180.0;
-    let angles = of(1.11 * degree, 4.0 * degree, 2.89 * degree, Unit::Radian);
-    assert_eq!(angles, ["1.11", "4.00", "2.89", "°"]);
-    assert_eq!(of(0.0, 0.0, 0.0, Unit::One), ["0", "0", "0", ""]);
-    assert_eq!(
-        of(2e-9, 1e-6, 9.98e-7, Unit::One),
-        ["2.00e-9", "1.00e-6", "9.98e-7", ""]
-    );
-}
-
-#[test]
-fn numbers_of_different_magnitude_are_formatted_individually() {
-    let of = |measured, bound, margin| {
-        let [measured, bound, margin, _] = shown(&outcome(measured, bound, margin, Unit::One));
-        [measured, bound, margin]
-    };
-    let close = of(0.00168, 1e-6, 1e-6 - 0.00168);
-    assert_eq!(close, ["1.68e-3", "1.00e-6", "-1.68e-3"]);
-    let balance = of(1_337_729.4, 0.02, 0.02 - 1_337_729.4);
-    assert_eq!(balance, ["1.34e6", "0.0200", "-1.34e6"]);
-    assert_eq!(of(1.8e-5, 0.02, 0.019_982), ["1.80e-5", "0.0200", "0.0200"]);
-    // A common number of decimals is kept if it resolves all numbers.
-    assert_eq!(of(0.62, 20.0, 19.38), ["0.6", "20.0", "19.4"]);
-    assert_eq!(of(0.0, 0.02, 0.02), ["0.0000", "0.0200", "0.0200"]);
-    let balance = of(3.95e-7, 1e-6, 6.05e-7);
-    assert_eq!(balance, ["3.95e-7", "1.00e-6", "6.05e-7"]);
 }
 
 #[test]
@@ -205,25 +153,4 @@ fn parts_left_out_are_one_line_unless_the_run_fails() {
     let text = strip_str(&report(&scenario)).to_string();
     let line = "  left out  2 recordings, 1 part; twin plan gives the reasons\n";
     assert!(text.contains(line), "{text}");
-}
-
-proptest! {
-    #[test]
-    fn nonzero_margin_is_shown_with_sign(bound in 1e-2..1e3_f64, share in 1e-6..0.5_f64, fails: bool) {
-        let margin = if fails { -share * bound } else { share * bound };
-        let [_, _, text, _] = shown(&outcome(bound - margin, bound, margin, Unit::One));
-        let shown: f64 = text.parse().unwrap();
-        prop_assert!(shown != 0.0 && (shown < 0.0) == fails, "{margin} is shown as {text}");
-    }
-
-    #[test]
-    fn measured_value_and_bound_are_resolved(measured in -9.0..7.0_f64, bound in -9.0..7.0_f64) {
-        let [measured, bound] = [measured, bound].map(|power| libm::pow(10.0, power));
-        let [left, right, _, _] = shown(&outcome(measured, bound, bound - measured, Unit::One));
-        for (text, value) in [(left, measured), (right, bound)] {
-            let shown: f64 = text.parse().unwrap();
-            // `ROUNDING_MAX` of the common number of decimals.
-            prop_assert!((shown - value).abs() <= 0.2 * value, "{value} is shown as {text}");
-        }
-    }
 }
