@@ -34,6 +34,35 @@ pub struct Page {
     pub terms: Vec<Term>,
 }
 
+/// Script of a page, or data of one.
+#[derive(Clone, Debug)]
+pub enum Script {
+    /// Data that a script reads by the identifier of their element.
+    Data {
+        /// Identifier.
+        id: &'static str,
+        /// Text; special characters of HTML are escaped, which Base64 has none of.
+        text: String,
+    },
+    /// Code with the names of the whole page: a library.
+    Library(&'static str),
+    /// Code with names of its own, executed after the page is parsed.
+    Module(String),
+}
+
+impl Script {
+    fn html(&self) -> String {
+        match self {
+            Self::Data { id, text } => {
+                let text = escaped(text);
+                format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n")
+            }
+            Self::Library(code) => format!("<script>\n{code}</script>\n"),
+            Self::Module(code) => format!("<script type=\"module\">\n{code}</script>\n"),
+        }
+    }
+}
+
 /// Part of a page.
 #[derive(Clone, Debug)]
 pub enum Block {
@@ -55,6 +84,13 @@ pub enum Block {
     Figure(Figure),
     /// Small figures beside each other.
     Figures(Vec<Figure>),
+    /// Part that a script of the page fills.
+    Live {
+        /// Identifier of the element, and its class.
+        id: &'static str,
+        /// Description, for readers that do not see it.
+        label: &'static str,
+    },
 }
 
 /// An important value.
@@ -149,18 +185,25 @@ impl Term {
 impl Page {
     /// Returns the page.
     pub fn html(&self) -> String {
+        self.html_with("", &[])
+    }
+
+    /// Returns the page with a style sheet behind that of all pages, and with scripts and their
+    /// data at its end, in their order.
+    pub fn html_with(&self, style: &str, scripts: &[Script]) -> String {
         let [kind, title, headline] =
             [&self.kind, &self.title, &self.headline].map(|it| escaped(it));
         let blocks: String = self.blocks.iter().map(Block::html).collect();
         let terms: String = self.terms.iter().map(Term::html).collect();
         let terms = element("dl", "", &format!("\n{terms}"));
+        let scripts: String = scripts.iter().map(Script::html).collect();
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-             <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+             <title>{title}</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n<main>\n\
              <header><p class=\"kind\">{kind}</p><h1>{title}</h1>\
              <p class=\"headline\">{headline}</p></header>\n{blocks}\
-             <h2>Reproduction</h2>\n{terms}\n</main>\n</body>\n</html>\n"
+             <h2>Reproduction</h2>\n{terms}\n</main>\n{scripts}</body>\n</html>\n"
         )
     }
 }
@@ -200,6 +243,12 @@ impl Block {
             Self::Figures(figures) => {
                 let figures: String = figures.iter().map(Figure::html).collect();
                 element("div", "pair", &figures)
+            }
+            Self::Live { id, label } => {
+                let label = escaped(label);
+                format!(
+                    "<div id=\"{id}\" class=\"{id}\" role=\"group\" aria-label=\"{label}\"></div>\n"
+                )
             }
         }
     }
@@ -269,6 +318,16 @@ fn legend(entries: &[(Swatch, String)]) -> String {
 mod tests {
     use super::*;
     use crate::html::plot::{Curve, EndedRun, Look, Mark, Point, Setting};
+
+    #[test]
+    fn data_of_scripts_do_not_end_their_element() {
+        let data = Script::Data {
+            id: "data",
+            text: "</script>".to_owned(),
+        };
+        let html = Page::default().html_with("", &[data]);
+        assert_eq!(html.matches("</script>").count(), 1);
+    }
 
     #[test]
     fn each_run_that_ended_early_is_in_one_strip_and_marks_are_in_the_legend() {

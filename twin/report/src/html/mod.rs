@@ -1,4 +1,4 @@
-//! Parts of self-contained HTML pages: no scripts, fonts or network access.
+//! Parts of self-contained HTML pages: no fonts or network access.
 
 pub mod axis;
 pub mod drawing;

@@ -14,6 +14,8 @@ pub(super) enum Value {
     Empty,
     Text(String),
     Code(String),
+    /// Text and the place on the page that it leads to.
+    Link(String, String),
     Number(f64),
     Share(f64),
     Interval(Interval),
@@ -106,6 +108,11 @@ impl Cell {
         Value::Code(text.into()).into()
     }
 
+    /// Creates a cell with a text that leads to a place on its page: `#t=0.41`.
+    pub fn link(text: impl Into<String>, to: impl Into<String>) -> Self {
+        Value::Link(text.into(), to.into()).into()
+    }
+
     /// Sets the tone.
     #[must_use]
     pub fn with_tone(mut self, tone: Tone) -> Self {
@@ -123,7 +130,7 @@ impl Cell {
     pub(super) fn text(&self, number: impl Fn(f64) -> String) -> String {
         match &self.value {
             Value::Empty => String::new(),
-            Value::Text(text) | Value::Code(text) => text.clone(),
+            Value::Text(text) | Value::Code(text) | Value::Link(text, _) => text.clone(),
             Value::Number(value) => number(*value),
             Value::Share(share) => percent(*share),
             Value::Interval(interval) => percent_range(interval.ends),

@@ -140,6 +140,7 @@ impl Table {
                     Value::Empty => return text,
                     Value::Interval(interval) => text + &interval.svg(),
                     Value::Code(_) => element("code", "", &text),
+                    Value::Link(_, to) => format!("<a href=\"{}\">{text}</a>", escaped(to)),
                     _ if text.is_empty() => return text,
                     _ => text,
                 };

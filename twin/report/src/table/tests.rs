@@ -76,3 +76,15 @@ fn markdown_escapes_its_marks_and_emphasizes_failures() {
         ]
     );
 }
+
+#[test]
+fn links_are_links_on_pages_and_their_text_elsewhere() {
+    let mut table = Table::new([Column::text("instant")]);
+    table.row([Cell::link("0.41 s", "#t=0.41&x")]);
+    assert!(
+        table
+            .html()
+            .contains("<a href=\"#t=0.41&amp;x\">0.41 s</a>")
+    );
+    assert_eq!(table.markdown(), "| instant |\n|---|\n| 0.41 s |\n");
+}
