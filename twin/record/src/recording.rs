@@ -92,6 +92,17 @@ impl Recording {
         })
     }
 
+    /// Returns the names of the byte traces, in the order of declaration.
+    pub fn traces(&self) -> impl Iterator<Item = &str> {
+        self.index.wires.iter().map(|wire| wire.name.as_str())
+    }
+
+    /// Returns the bytes of the trace named `name`, in order of time; none of an unknown one.
+    pub fn bytes(&self, name: &str) -> impl Iterator<Item = (SimTime, &[u8])> {
+        let wire = self.wire(name);
+        wire.into_iter().flat_map(|wire| self.pieces(wire))
+    }
+
     /// Wires whose bytes are recorded, in the order of declaration.
     pub(crate) fn wires(&self) -> &[Wire] {
         &self.index.wires
