@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use serde::Serialize;
-use twinrig_record::Recording;
 
 use super::diff::{Difference, cut_off, open};
 use super::{FAILURE, NEGATIVE, SUCCESS, Terminal};
@@ -11,16 +10,11 @@ use crate::args::ReplayArgs;
 use crate::error::TwinError;
 use crate::progress::RunLine;
 use twinrig_report::text::style::{BOLD, GREEN, RED, YELLOW, styled};
-use twinrig_rig::assembly::Assembly;
-use twinrig_rig::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
-use twinrig_rig::parts::constraints::DefaultRules;
 use twinrig_rig::registry::Registry;
 use twinrig_rig::report::{Status, seconds};
 use twinrig_rig::run::execute::execute_saving;
 use twinrig_rig::run::execution::Execution;
-use twinrig_rig::run::recording::{
-    DEFAULTS_NOTE, EXCHANGED_NOTE, HARDWARE_NOTE, SETTINGS_NOTE, settings_of,
-};
+use twinrig_rig::run::recorded::{NotRepeatable, assembly_of};
 
 #[derive(Serialize)]
 struct Replayed {
@@ -69,7 +63,7 @@ pub(super) fn replay(registry: &Registry, args: &ReplayArgs, terminal: &mut Term
 fn repeat(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Replayed, TwinError> {
     let path = &args.recording;
     let recorded = open(path)?;
-    let assembly = assembly(registry, path, &recorded)?;
+    let assembly = assembly_of(registry, &recorded).map_err(|why| not_replayable(path, why))?;
     let repetition = TemporaryRecording::new(path);
     let execution = Execution {
         recording: Some(repetition.0.clone()),
@@ -106,6 +100,16 @@ fn repeat(registry: &Registry, args: &ReplayArgs, progress: bool) -> Result<Repl
     })
 }
 
+fn not_replayable(path: &Path, why: NotRepeatable) -> TwinError {
+    match why {
+        NotRepeatable::Recording(why) => TwinError::NotReplayable {
+            path: path.to_owned(),
+            why,
+        },
+        NotRepeatable::Scenario(error) => (*error).into(),
+    }
+}
+
 /// Recording of the repetition, in the folder of the original one; deleted on drop.
 struct TemporaryRecording(std::path::PathBuf);
 
@@ -122,53 +126,6 @@ impl Drop for TemporaryRecording {
         // The file may not exist.
         let _ = std::fs::remove_file(&self.0);
     }
-}
-
-/// Returns the assembly of the recorded run.
-fn assembly<'r>(
-    registry: &'r Registry,
-    path: &Path,
-    recorded: &Recording,
-) -> Result<Assembly<'r>, TwinError> {
-    let lacks = |why: String| TwinError::NotReplayable {
-        path: path.to_owned(),
-        why,
-    };
-    let text = |name: &str| {
-        let bytes = recorded.attachment(name);
-        let text = bytes.and_then(|bytes| std::str::from_utf8(bytes).ok());
-        text.ok_or_else(|| lacks(format!("it has no attachment `{name}`")))
-    };
-    if recorded.note(HARDWARE_NOTE).is_some() {
-        return Err(lacks(
-            "it was made on hardware; the attached scenario can be run on the twin".to_owned(),
-        ));
-    }
-    if let Some(at_s) = recorded.note(EXCHANGED_NOTE) {
-        return Err(lacks(format!(
-            "its plant was exchanged at {at_s} s, and the run before is not recorded; run both plants again with --from"
-        )));
-    }
-    let settings = recorded.note(SETTINGS_NOTE).unwrap_or("[]");
-    let settings: Vec<[String; 2]> = serde_json::from_str(settings)
-        .map_err(|error| lacks(format!("its settings cannot be parsed: {error}")))?;
-    let settings = settings_of(settings);
-    let rules = match recorded.note(DEFAULTS_NOTE) {
-        Some(_) => DefaultRules::Present,
-        None => DefaultRules::Former,
-    };
-    let robot = recorded.attachment(ROBOT_FILE).is_some();
-    let robot = robot.then(|| text(ROBOT_FILE)).transpose()?;
-    let kept = recorded.attachments();
-    let kept = kept.map(|(name, bytes)| (name.to_owned(), bytes.to_vec()));
-    let scenario = text(SCENARIO_FILE)?;
-    let builder = Assembly::builder(registry).settings(&settings).rules(rules);
-    let builder = builder.files(kept.collect());
-    let builder = match robot {
-        Some(robot) => builder.robot(robot),
-        None => builder,
-    };
-    Ok(builder.recorded(scenario)?)
 }
 
 fn text(replayed: &Replayed) -> String {

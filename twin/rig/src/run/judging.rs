@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use twinrig_kernel::SimTime;
-use twinrig_record::VerdictMessage;
+use twinrig_record::{RecordError, VerdictMessage};
 use twinrig_runtime::Group;
 use twinrig_scenario::{
     Expectation, Judge, Layouts, Outcome, Reference, RunEnd, Scenario, Tracking, Verdict,
@@ -194,9 +194,30 @@ pub(crate) fn judged_report<W: Write>(
 pub fn report<W: Write>(
     assembly: &Assembly<'_>,
     execution: &Execution,
-    mut observers: RunObservers<'_, W>,
+    observers: RunObservers<'_, W>,
     course: Course,
 ) -> Report {
+    let (mut report, written) = closed(assembly, execution, observers, course);
+    let path = execution.recording.as_deref();
+    match written {
+        Ok(_) => report.recording = path.map(|path| path.display().to_string()),
+        Err(source) => {
+            let path = path.map_or_else(PathBuf::new, Path::to_owned);
+            report.verdict = Status::Error;
+            report.error = Some(Error::Record { path, source }.to_string());
+        }
+    }
+    report
+}
+
+/// Evaluates a completed run and closes its recording; returns the report and what the recording
+/// was written to.
+pub(crate) fn closed<W: Write>(
+    assembly: &Assembly<'_>,
+    execution: &Execution,
+    mut observers: RunObservers<'_, W>,
+    course: Course,
+) -> (Report, Result<Option<W>, RecordError>) {
     let mut report = judged_report(assembly, &mut observers, &course);
     if execution.recording.is_none() {
         let warnings = &mut report.warnings;
@@ -205,30 +226,17 @@ pub fn report<W: Write>(
     if execution.strict {
         report.make_strict();
     }
-    let (reached, mut error) = (course.reached, course.error);
-    let status = if error.is_some() {
-        Status::Error
-    } else {
-        report.verdict
-    };
+    if course.error.is_some() {
+        report.verdict = Status::Error;
+        report.error = course.error;
+    }
     // Without wall times, so that equal runs have identical files.
     let verdict = VerdictMessage {
-        verdict: status.key().to_owned(),
-        interrupted: error.is_some() && interrupt::is_requested(),
-        error: error.clone(),
+        verdict: report.verdict.key().to_owned(),
+        interrupted: report.error.is_some() && interrupt::is_requested(),
+        error: report.error.clone(),
         expectations: report.expectations.iter().map(Line::message).collect(),
     };
-    let path = execution.recording.as_deref();
-    match (observers.close(reached, &verdict), path) {
-        (Ok(_), path) => report.recording = path.map(|path| path.display().to_string()),
-        (Err(source), path) => {
-            let path = path.map_or_else(PathBuf::new, Path::to_owned);
-            error = Some(Error::Record { path, source }.to_string());
-        }
-    }
-    if error.is_some() {
-        report.verdict = Status::Error;
-        report.error = error;
-    }
-    report
+    let written = observers.close(course.reached, &verdict);
+    (report, written)
 }

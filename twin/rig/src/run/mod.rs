@@ -9,4 +9,6 @@ pub mod hardware;
 pub mod interrupt;
 pub mod judging;
 pub mod observers;
+pub mod recorded;
 pub mod recording;
+pub mod repetition;

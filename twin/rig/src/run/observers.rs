@@ -168,6 +168,13 @@ impl<'c, W: Write> RunObservers<'c, W> {
         outcomes
     }
 
+    /// Returns the outcomes that the expectations would have if the scenario ended with `run`, now.
+    pub(crate) fn judged_now(&self, run: &RunEnd) -> Vec<Outcome> {
+        let mut judge = self.judge.clone();
+        judge.end_at(run.at);
+        judge.finish(run)
+    }
+
     /// Returns the reference for runs with changes; valid after the end of a run without changes.
     pub(crate) fn reference(&self) -> Reference {
         self.judge.reference()

@@ -66,7 +66,18 @@ fn create(
     })
 }
 
-/// Creates the recording of a run, written to `out`.
+/// Contents of a recording.
+#[derive(Clone, Copy)]
+pub(crate) struct Contents<'a> {
+    /// Selection of the signals, by name.
+    pub(crate) keep: &'a dyn Fn(&str) -> bool,
+    /// Whether the bytes of the wires are recorded.
+    pub(crate) bytes: bool,
+    /// Time between two sets of coordinate frames; none if none are recorded.
+    pub(crate) frames: Option<SimDuration>,
+}
+
+/// Creates the recording of a run as its scenario specifies it, written to `out`.
 ///
 /// # Errors
 /// `out` cannot be written.
@@ -75,12 +86,26 @@ pub fn recorder_to<W: Write>(
     executor: &dyn Executor,
     out: W,
 ) -> Result<Recorder<W>, RecordError> {
-    let scene = assembly.scene();
-    let keep = |name: &str| scene.recorded.iter().any(|other| other == name);
+    let recorded = &assembly.scene().recorded;
+    let contents = Contents {
+        keep: &|name| recorded.iter().any(|other| other == name),
+        bytes: assembly.scenario().record.bytes,
+        frames: assembly.frame_period(),
+    };
+    recorder_of(assembly, executor, contents, out)
+}
+
+/// Creates a recording of these contents, written to `out`.
+pub(crate) fn recorder_of<W: Write>(
+    assembly: &Assembly<'_>,
+    executor: &dyn Executor,
+    contents: Contents<'_>,
+    out: W,
+) -> Result<Recorder<W>, RecordError> {
     let group = |group| RecordedGroup {
         group,
         layout: executor.layout(group),
-        keep: &keep,
+        keep: contents.keep,
     };
     let groups = [
         group(Group::Plant),
@@ -93,14 +118,14 @@ pub fn recorder_to<W: Write>(
         .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
         .collect();
     let cadence = Cadence {
-        frames: assembly.frame_period(),
+        frames: contents.frames,
         flush: FLUSH,
     };
-    let info = info(assembly, executor);
+    let info = info(assembly, executor, contents.bytes);
     Recorder::new(out, &info, &groups, &assembly.skeleton(), cadence)
 }
 
-fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
+fn info(assembly: &Assembly<'_>, executor: &dyn Executor, bytes: bool) -> RunInfo {
     let scenario = assembly.scenario();
     let robot = assembly.robot_file();
     let notes = [
@@ -135,7 +160,7 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor) -> RunInfo {
             .collect(),
         tasks: executor.tasks(),
         variables: executor.variables(),
-        traces: if scenario.record.bytes {
+        traces: if bytes {
             executor.traces().to_vec()
         } else {
             Vec::new()

@@ -1,0 +1,137 @@
+//! Repetition of a run in memory, with more detail than its recording: every computed signal, all
+//! bytes, finer frames, and what the expectations and the energy balance were on the way.
+
+use std::time::Instant;
+
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_record::{RecordError, Recording};
+use twinrig_runtime::EnergyBalance;
+use twinrig_scenario::{Outcome, RunEnd};
+
+use crate::assembly::Assembly;
+use crate::error::Error;
+use crate::report::Report;
+use crate::run::course::{Course, Stopped, run};
+use crate::run::execution::Execution;
+use crate::run::judging::{closed, judge, reference, tracking};
+use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
+use crate::run::recording::{Contents, recorder_of};
+
+/// Detail of a repetition.
+#[derive(Clone, Copy, Debug)]
+pub struct Detail {
+    /// Time between two sets of coordinate frames; none without `[record] frames`.
+    pub frames: SimDuration,
+    /// Number of instants at which expectations and energy balance are evaluated.
+    pub instants: u64,
+}
+
+/// A repeated run.
+pub struct Repetition {
+    /// All computed signals and all bytes.
+    pub recording: Recording,
+    /// Report, without the path of a recording.
+    pub report: Report,
+    /// Evaluations on the way, by time.
+    pub course: Vec<Evaluation>,
+}
+
+/// Expectations and energy balance at an instant of a run.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// Instant.
+    pub at: SimTime,
+    /// Outcomes of the expectations as if the scenario ended here.
+    pub outcomes: Vec<Outcome>,
+    /// Energy balance since the start of the run.
+    pub energy: EnergyBalance,
+}
+
+/// Repeats the run of `assembly` up to `end` at most; `caller` is polled.
+///
+/// # Errors
+/// The run cannot start. One that starts and fails is in the report.
+pub fn repeat(
+    assembly: &Assembly<'_>,
+    detail: Detail,
+    end: SimTime,
+    mut caller: Option<&mut dyn RunObserver>,
+) -> Result<Repetition, Error> {
+    let end = end.min(assembly.end());
+    let polled = caller.as_mut().map(|caller| PolledOnly(&mut **caller));
+    let reference = reference(assembly, end, polled)?;
+    let mut rig = assembly.rig()?;
+    let contents = Contents {
+        keep: &|_| true,
+        bytes: true,
+        frames: assembly.frame_period().map(|_| detail.frames),
+    };
+    let unreadable = |source: RecordError| Error::Record {
+        path: assembly.scenario().file.clone().into(),
+        source,
+    };
+    let recorder = recorder_of(assembly, &rig, contents, Vec::new()).map_err(unreadable)?;
+    let mut judge = judge(assembly, &rig);
+    if let Some(reference) = reference {
+        judge = judge.with_reference(&reference);
+    }
+    let observers = RunObservers::new(judge, Some(recorder))
+        .with_tracking(tracking(assembly, &rig))
+        .with_tasks(&rig);
+    let mut observers = observers.with_caller(caller, &rig);
+    let progress = RunProgress {
+        title: &assembly.scenario().name,
+        now: SimTime::ZERO,
+        end,
+    };
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "the report contains the wall time"
+    )]
+    let started = Instant::now();
+    let mut course = Vec::new();
+    let mut ran = Ok(SimTime::ZERO);
+    for instant in 1..=detail.instants.max(1) {
+        let at = share(end, instant, detail.instants.max(1));
+        ran = run(assembly, &mut rig, &mut observers, &progress, at);
+        let reached = match &ran {
+            // The devices may open later.
+            Err(Stopped::NotOpen(_)) if at < end => continue,
+            Err(_) => break,
+            Ok(reached) => *reached,
+        };
+        let (energy, buses) = (rig.plant().energy(), rig.buses());
+        let outcomes = observers.judged_now(&RunEnd {
+            at: reached,
+            energy: Some(energy),
+            work: Some(rig.plant().work()),
+            real_time_factor: None,
+            buses: &buses,
+        });
+        course.push(Evaluation {
+            at: reached,
+            outcomes,
+            energy,
+        });
+        // A fall, or the plant, may have ended the run.
+        if reached < at {
+            break;
+        }
+    }
+    let wall_s = started.elapsed().as_secs_f64();
+    let ended = Course::of(&rig, wall_s, ran);
+    let (report, bytes) = closed(assembly, &Execution::default(), observers, ended);
+    let bytes = bytes.map_err(unreadable)?.unwrap_or_default();
+    Ok(Repetition {
+        recording: Recording::from_bytes(bytes).map_err(unreadable)?,
+        report,
+        course,
+    })
+}
+
+/// Returns `part` of `parts` equal parts of the time from the start to `end`.
+fn share(end: SimTime, part: u64, parts: u64) -> SimTime {
+    let nanos = u128::from(end.as_nanos()) * u128::from(part) / u128::from(parts);
+    // Not greater than the end.
+    SimTime::from_nanos(u64::try_from(nanos).unwrap_or(end.as_nanos()))
+}
