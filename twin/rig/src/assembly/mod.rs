@@ -32,6 +32,7 @@ use crate::assembly::builder::{BuiltParts, PartBuilder};
 use crate::assembly::sources::Sources;
 use crate::error::Error;
 use crate::parts::constraints::{self, named_constraints};
+use crate::parts::decoder::{Decoder, Direction};
 use crate::parts::setup::ground_below;
 use crate::registry::Registry;
 
@@ -404,6 +405,19 @@ impl<'r> Assembly<'r> {
     /// Returns the baud rate of the serial port of a bus.
     pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, Error> {
         Ok(self.part_builder().bus_kind(bus)?.baud())
+    }
+
+    /// Returns a decoder of the bytes of a trace, `BUS/in` or `BUS/out`; none for other traces, and
+    /// for buses whose kind has none.
+    pub fn decoder(&self, trace: &str) -> Option<Decoder> {
+        let (bus, direction) = trace.split_once('/')?;
+        let direction = match direction {
+            "out" => Direction::ToBoards,
+            "in" => Direction::ToDriver,
+            _ => return None,
+        };
+        let bus = self.scenario().bus(bus)?;
+        self.registry.bus(&bus.kind)?.decoder(direction)
     }
 
     pub(crate) fn leg_names(&self) -> Vec<&str> {

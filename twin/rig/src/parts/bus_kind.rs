@@ -1,5 +1,6 @@
 //! Kinds of buses and the context for building them.
 
+use std::fmt::Debug;
 use std::path::Path;
 
 use twinrig_devices::FramedDevice;
@@ -10,9 +11,10 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
 use twinrig_scenario::{Accepts, FaultSpec, Kind, OptionSpec, Options};
 use twinrig_sensor::SensorFile;
-use twinrig_wire::{Fault, FaultSchedule, Node, device_wire, usb_device_wire};
+use twinrig_wire::{Emulation, Fault, FaultSchedule, Node, Protocol, device_wire, usb_device_wire};
 
 use crate::error::BuildError;
+use crate::parts::decoder::{Decoder, Direction, framed};
 use crate::parts::option::option;
 use crate::parts::usb;
 
@@ -150,6 +152,7 @@ pub struct BusKind {
     baud: u32,
     driver: BuildDriver,
     wire: BuildWire,
+    decoder: Option<fn(Direction) -> Decoder>,
 }
 
 impl BusKind {
@@ -173,6 +176,7 @@ impl BusKind {
             baud: BAUD,
             driver: Box::new(move |context| Ok(Box::new(driver(context)?))),
             wire: Box::new(move |context| Ok(Box::new(wire(context)?))),
+            decoder: None,
         }
     }
 
@@ -181,13 +185,33 @@ impl BusKind {
         name: &str,
         about: &str,
         config: fn(&BusContext<'_>) -> Result<D, BuildError>,
-    ) -> Self {
+    ) -> Self
+    where
+        <D::Protocol as Protocol>::Message: Debug + 'static,
+        <D::Emulation as Emulation>::Message: Debug + 'static,
+    {
         let driver = move |context: &BusContext<'_>| Ok(config(context)?.driver()?);
         let wire = move |context: &BusContext<'_>| {
             let faults = context.fault_schedule();
             Ok(config(context)?.wire(&faults)?)
         };
-        Self::new(name, about, driver, wire).with_faults()
+        let kind = Self::new(name, about, driver, wire).with_faults();
+        kind.with_decoder(|direction| match direction {
+            Direction::ToBoards => framed::<<D::Emulation as Emulation>::Message>(),
+            Direction::ToDriver => framed::<<D::Protocol as Protocol>::Message>(),
+        })
+    }
+
+    /// Adds the decoder of the frames on the bus, for readers of its bytes.
+    #[must_use]
+    pub fn with_decoder(mut self, decoder: fn(Direction) -> Decoder) -> Self {
+        self.decoder = Some(decoder);
+        self
+    }
+
+    /// Returns a decoder of the bytes in a direction; none if the kind has none.
+    pub(crate) fn decoder(&self, direction: Direction) -> Option<Decoder> {
+        self.decoder.map(|decoder| decoder(direction))
     }
 
     /// Adds an option, a key of the bus table; its value is in [`BusContext::options`].

@@ -8,6 +8,7 @@ pub mod constraints;
 pub(crate) mod context;
 pub mod controller_kind;
 pub mod coupling;
+pub mod decoder;
 mod drives;
 pub(crate) mod engines;
 pub mod fmu_plant;

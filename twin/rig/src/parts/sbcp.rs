@@ -8,11 +8,13 @@ use twinrig_motordriver::{
     Attachment, BoardConfig, Bus, BusConfig, BusTopology, BusWire, FirmwareConfig, Following,
     Generation, Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
 };
-use twinrig_sbcp::{ControllerConfig, ForwardingMode};
+use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
+use twinrig_sbcp::{ControllerConfig, ErrorCode, ForwardingMode, Instruction, Packet, Parser};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 
 use crate::error::BuildError;
 use crate::parts::bus_kind::{BusContext, BusKind};
+use crate::parts::decoder::{Decoder, Direction};
 use crate::parts::option::{choice, number, option};
 use crate::parts::usb;
 
@@ -47,7 +49,8 @@ pub(crate) fn kind() -> BusKind {
         .at_baud(BAUD)
         .with_faults()
         .with_place("link")
-        .with_place("*");
+        .with_place("*")
+        .with_decoder(decoder);
     let measured = [
         signal::HIP_POSITION,
         signal::KNEE_POSITION,
@@ -58,6 +61,44 @@ pub(crate) fn kind() -> BusKind {
     measured.push(signal::of_motor("*", "position"));
     let kind = kind.measuring(move |_| measured.clone());
     options().into_iter().fold(kind, BusKind::with_option)
+}
+
+/// Returns the decoder of the packets in a direction.
+fn decoder(direction: Direction) -> Decoder {
+    let mut parser = Parser::default();
+    let mut skipped = 0;
+    Box::new(move |mut bytes| {
+        let mut texts = Vec::new();
+        while let Some(packet) = parser.next(&mut bytes) {
+            texts.push(packet_text(&packet, direction));
+        }
+        if parser.skipped() > skipped {
+            texts.push(format!("{} bytes of no packet", parser.skipped() - skipped));
+            skipped = parser.skipped();
+        }
+        texts
+    })
+}
+
+/// Returns the text of a packet: board, instruction or result, and the payload in words.
+fn packet_text(packet: &Packet<'_>, direction: Direction) -> String {
+    let (class, id) = (packet.class(), packet.id());
+    let leg = IDS.iter().find(|(_, known, _)| *known == id);
+    let board = match leg {
+        Some((leg, ..)) if class == CLASS_MOTORDRIVER => (*leg).to_owned(),
+        _ => format!("{class}.{id}"),
+    };
+    let code = match direction {
+        Direction::ToBoards => Instruction(packet.code()).to_string(),
+        Direction::ToDriver => ErrorCode(packet.code()).to_string(),
+    };
+    let (words, rest) = packet.payload().as_chunks::<2>();
+    let words = words.iter().map(|word| u16::from_le_bytes(*word));
+    let rest = rest.iter().copied().map(u16::from);
+    let numbers: Vec<String> = words.chain(rest).map(|it| it.to_string()).collect();
+    format!("{board} {code} {}", numbers.join(" "))
+        .trim_end()
+        .to_owned()
 }
 
 fn options() -> Vec<OptionSpec> {

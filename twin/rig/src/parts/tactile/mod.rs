@@ -9,6 +9,7 @@ use twinrig_document::Range;
 use twinrig_kernel::Unit;
 use twinrig_runtime::Wire;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+use twinrig_tactile::protocol::Message;
 use twinrig_tactile::{CHANNELS, TactileDriver};
 
 pub use calibration::CalibrationFile;
@@ -17,6 +18,7 @@ pub use filter::{NamedCalibrations, filters};
 use crate::error::BuildError;
 use crate::parts::analog_sources::clock_option;
 use crate::parts::bus_kind::{BusContext, BusKind, SensorMount};
+use crate::parts::decoder::framed;
 use crate::parts::option::{choice, option};
 use config::{FRESH, NEWEST, SIGNAL, config, signal, sources};
 
@@ -36,6 +38,7 @@ pub(crate) fn kind() -> BusKind {
         .with_place(CHANNELS[1])
         .with_place(CHANNELS[2])
         .at_baud(BAUD)
+        .with_decoder(|_| framed::<Message>())
         .mounting(|options| {
             Some(SensorMount {
                 signal: signal(options).to_owned(),
