@@ -13,6 +13,7 @@ mod list;
 mod new;
 mod optimize;
 mod plan;
+mod report;
 mod study;
 mod sweep;
 mod thesis;
@@ -39,6 +40,7 @@ pub use list::ListArgs;
 pub use new::{NewArgs, NewKind};
 pub use optimize::OptimizeArgs;
 pub use plan::PlanArgs;
+pub use report::ReportArgs;
 pub use study::StudyArgs;
 pub use sweep::SweepArgs;
 pub use thesis::{FlipMoves, ThesisArgs};
@@ -72,6 +74,11 @@ pub enum Command {
     List(ListArgs),
     /// Find the first sample in which two recordings differ, or the first footstep with --events
     Diff(DiffArgs),
+    /// Write the page of a recording: robot, gait, expectations, signals and buses over time
+    ///
+    /// One HTML file that makes no request. The run is repeated with all signals where that is
+    /// possible. Two recordings are shown side by side, aligned by their footsteps.
+    Report(ReportArgs),
     /// Repeat the run of a recording and check that the results are identical
     Replay(ReplayArgs),
     /// Emulate boards and plant in real time, with one pseudo-terminal (PTY) per bus
@@ -128,6 +135,7 @@ impl Command {
         match self {
             Self::Run(_)
             | Self::Replay(_)
+            | Self::Report(_)
             | Self::Serve(_)
             | Self::Study(_)
             | Self::Sweep(_)
@@ -160,6 +168,7 @@ impl Command {
             Self::List(args) => args.json,
             Self::Diff(args) => args.json,
             Self::Replay(args) => args.json,
+            Self::Report(args) => args.json,
             Self::Devices(args) => args.json,
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,

@@ -18,6 +18,7 @@ mod outputs;
 mod plan;
 mod plant_comparison;
 mod replay;
+mod report;
 mod reproduction;
 mod run;
 mod schema;
@@ -201,6 +202,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::List(args) => list::list(registry, &args, terminal),
         Command::Diff(args) => diff::diff(&args, terminal),
         Command::Replay(args) => replay::replay(registry, &args, terminal),
+        Command::Report(args) => report::report(registry, &args, terminal),
         Command::Serve(args) => serve::serve(registry, &args, terminal),
         Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),

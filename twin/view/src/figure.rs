@@ -1,0 +1,177 @@
+//! The robot in motion: poses of trunk and legs, forces and ground.
+
+use serde::Serialize;
+use twinrig_kernel::{SimTime, signal};
+use twinrig_record::{FrameSeries, RecordError, Recording};
+
+use crate::columns::{Column, Columns};
+use crate::run::Run;
+
+/// Poses and forces over time, of which a script draws the robot.
+#[derive(Debug, Serialize)]
+pub(crate) struct Figure {
+    /// Times \[s\].
+    times: Column,
+    /// Position x, y, z of the trunk \[m\] and its orientation as a quaternion x, y, z, w.
+    trunk: Vec<Column>,
+    legs: Vec<Leg>,
+    /// Force of pushes on the trunk \[N\], if there are any.
+    push: Option<Vec<Column>>,
+    ground: Option<Ground>,
+    /// Weight of the robot \[N\], which scales the arrows; none if it is not known.
+    weight: Option<f64>,
+}
+
+/// A leg: hip, knee, ankle and foot.
+#[derive(Debug, Serialize)]
+struct Leg {
+    name: String,
+    /// Hip in the trunk, knee in the thigh, ankle in the shank, foot in the last segment \[m\].
+    offsets: [[f64; 3]; 4],
+    /// Angles of the segments relative to their parents, forward \[rad\].
+    angles: Vec<Column>,
+    /// Force of the ground on the foot \[N\]; its normal component if no other is known.
+    force: Option<Vec<Column>>,
+    /// Force of pushes on the foot \[N\].
+    push: Option<Vec<Column>>,
+}
+
+/// Height of the ground along the path of the robot.
+#[derive(Debug, Serialize)]
+struct Ground {
+    x: Column,
+    y: f64,
+    z: Column,
+}
+
+/// Transforms of a leg: hip, knee, ankle, foot.
+const JOINTS: usize = 4;
+/// Numbers of a transform.
+const NUMBERS: usize = 7;
+
+impl Figure {
+    /// Returns the figure of a run; none without recorded coordinate frames.
+    pub(crate) fn of(run: &Run<'_>, columns: &mut Columns) -> Result<Option<Self>, RecordError> {
+        let recording = run.shown();
+        let frames = recording.frames()?;
+        if frames.times.is_empty() || frames.links.len() < 1 + JOINTS {
+            return Ok(None);
+        }
+        let seconds: Vec<f64> = frames.times.iter().map(|at| at.as_secs_f64()).collect();
+        let trunk: Vec<Vec<f64>> = (0..NUMBERS).map(|n| numbers(&frames, 0, n)).collect();
+        let forces = |columns: &mut Columns, name: &str, size: usize| {
+            let sampled = at_times(recording, name, size, &frames.times)?;
+            let is_there = sampled.iter().flatten().any(|force| *force != 0.0);
+            is_there.then(|| sampled.iter().map(|axis| columns.add(axis)).collect())
+        };
+        let legs = (1..frames.links.len()).step_by(JOINTS);
+        let legs = legs.filter_map(|first| {
+            let name = frames.links[first][1].split_once('/')?.0.to_owned();
+            let offset =
+                |joint: usize| [0, 1, 2].map(|n| frames.numbers[NUMBERS * (first + joint) + n]);
+            let angles = (0..JOINTS - 1).map(|joint| {
+                let (sin, cos) = (
+                    numbers(&frames, first + joint, 4),
+                    numbers(&frames, first + joint, 6),
+                );
+                let angles = sin.iter().zip(&cos);
+                // A rotation about y, which points left, by the negative angle.
+                let angles = angles.map(|(sin, cos)| -2.0 * libm::atan2(*sin, *cos));
+                columns.add(&angles.collect::<Vec<_>>())
+            });
+            let angles = angles.collect();
+            let force = forces(columns, &signal::of_leg(&name, signal::FOOT_FORCE), 3);
+            let mut load = || {
+                let name = signal::of_leg(&name, signal::FOOT_LOAD);
+                let load = at_times(recording, &name, 1, &frames.times)?.swap_remove(0);
+                let none = vec![0.0; load.len()];
+                Some([&none, &none, &load].map(|axis| columns.add(axis)).into())
+            };
+            Some(Leg {
+                force: match force {
+                    Some(force) => Some(force),
+                    None => load(),
+                },
+                push: forces(columns, &signal::of_leg(&name, signal::PUSH_FORCE), 3),
+                offsets: [0, 1, 2, 3].map(offset),
+                angles,
+                name,
+            })
+        });
+        let legs = legs.collect();
+        Ok(Some(Self {
+            times: columns.add_fine(&seconds),
+            ground: Ground::below(run, [&trunk[0], &trunk[1]], columns),
+            trunk: trunk.iter().map(|numbers| columns.add(numbers)).collect(),
+            legs,
+            push: forces(columns, signal::BODY_PUSH_FORCE, 3),
+            weight: run.assembly().map(|assembly| assembly.scene().weight),
+        }))
+    }
+
+    /// Returns the names of the legs.
+    pub(crate) fn legs(&self) -> impl Iterator<Item = &str> {
+        self.legs.iter().map(|leg| leg.name.as_str())
+    }
+}
+
+/// Returns a number of a transform over time.
+fn numbers(frames: &FrameSeries, link: usize, number: usize) -> Vec<f64> {
+    let width = NUMBERS * frames.links.len();
+    let of_frame = frames.numbers.chunks_exact(width);
+    of_frame.map(|all| all[NUMBERS * link + number]).collect()
+}
+
+/// Returns the components of a signal of the plant at the last sample up to each of `times`; none
+/// without the signal.
+fn at_times(
+    recording: &Recording,
+    name: &str,
+    size: usize,
+    times: &[SimTime],
+) -> Option<Vec<Vec<f64>>> {
+    let series = recording.series(name).ok()?;
+    if series.signal.size != size || series.times.is_empty() {
+        return None;
+    }
+    let mut sampled = vec![Vec::with_capacity(times.len()); size];
+    let mut index = 0;
+    for at in times {
+        while series.times.get(index + 1).is_some_and(|next| next <= at) {
+            index += 1;
+        }
+        for (component, values) in sampled.iter_mut().enumerate() {
+            values.push(series.values[size * index + component]);
+        }
+    }
+    Some(sampled)
+}
+
+impl Ground {
+    /// Places at which the height is taken.
+    const PLACES: usize = 400;
+    /// Distance before and behind the path \[m\].
+    const BEYOND: f64 = 0.4;
+
+    /// Returns the ground along the path of the trunk; none if it is not known.
+    fn below(run: &Run<'_>, [x, y]: [&Vec<f64>; 2], columns: &mut Columns) -> Option<Self> {
+        let ground = &run.assembly()?.scene().ground;
+        let finite = || x.iter().copied().filter(|x| x.is_finite());
+        let from = finite().fold(f64::INFINITY, f64::min) - Self::BEYOND;
+        let to = finite().fold(f64::NEG_INFINITY, f64::max) + Self::BEYOND;
+        if from > to {
+            return None;
+        }
+        let middle = y.first().copied().filter(|y| y.is_finite())?;
+        let places =
+            (0..=Self::PLACES).map(|n| from + (to - from) * n as f64 / Self::PLACES as f64);
+        let places: Vec<f64> = places.collect();
+        let heights = places.iter().map(|x| ground.height(*x, middle));
+        let heights: Vec<f64> = heights.collect::<Option<_>>()?;
+        Some(Self {
+            x: columns.add(&places),
+            y: middle,
+            z: columns.add(&heights),
+        })
+    }
+}
