@@ -12,6 +12,7 @@ mod import;
 mod list;
 mod new;
 mod optimize;
+mod page;
 mod plan;
 mod report;
 mod study;
@@ -39,6 +40,7 @@ pub use import::{ImportArgs, ImportCommand, ImportFileArgs};
 pub use list::ListArgs;
 pub use new::{NewArgs, NewKind};
 pub use optimize::OptimizeArgs;
+pub use page::PagesOf;
 pub use plan::PlanArgs;
 pub use report::ReportArgs;
 pub use study::StudyArgs;
@@ -245,6 +247,10 @@ pub struct RunArgs {
     /// Do not write recordings
     #[arg(long, conflicts_with = "out")]
     pub no_record: bool,
+    /// Write the page of each run beside its recording, as `twin report` does; with =failed, of
+    /// those that do not pass
+    #[arg(long, value_name = "OF", num_args = 0..=1, require_equals = true, default_missing_value = "all", conflicts_with = "no_record")]
+    pub report: Option<PagesOf>,
     /// Fail where there is a warning, or a bus with errors, late answers, or boards that miss
     /// points
     #[arg(long)]

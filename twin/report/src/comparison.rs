@@ -19,8 +19,8 @@ pub struct Comparison {
     pub margin: Option<f64>,
 }
 
-/// Format of the numbers of a comparison: a unit according to their magnitude, and a common number of
-/// decimals if it resolves both the measured value and the bound.
+/// Format of the numbers of a comparison: a unit according to their magnitude, and a common number
+/// of decimals if it resolves both the measured value and the bound.
 pub struct Shown<'u> {
     factor: f64,
     /// Symbol of the unit; empty for numbers without one.

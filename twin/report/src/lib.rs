@@ -10,7 +10,7 @@
 //! # Limits
 //!
 //! - It knows no scenario, no study and no run.
-//! - Pages have no fonts and no network access. It has no scripts of its own; a caller may add some.
+//! - Pages have no fonts and no network access; scripts are those of a caller.
 
 pub mod comparison;
 pub mod html;

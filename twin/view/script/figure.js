@@ -62,7 +62,13 @@ const VIEWS = {
   },
 };
 
-// Colour of a leg by its index; hatching and position tell them apart as well.
+const CAPTIONS = {
+  side: "from the right; left legs are dashed",
+  top: "from above, forward to the right",
+  perspective: "lines on the ground every 0.1 m; arrows: forces on the feet, pushes in red",
+};
+
+// Colour of a leg by its index; names, dashes and positions tell them apart as well.
 const legColour = (index) => colour(`--c${index % 8}`);
 
 class Figure {
@@ -74,7 +80,7 @@ class Figure {
     this.element = make(
       "figure",
       { class: "robot" },
-      make("figcaption", {}, data.runs.length > 1 ? `${view}, ${"AB"[index]}` : view),
+      make("figcaption", {}, `${data.runs.length > 1 ? `${"AB"[index]}: ` : ""}${CAPTIONS[view]}`),
       this.canvas,
     );
     const figure = run.figure;
@@ -210,7 +216,8 @@ class Figure {
   }
 
   #leg(context, place, line, leg, i) {
-    const isFar = this.view !== "top" && leg.points[0][1] > leg.points[1][1] - 1e-9 && this.#isLeft(i);
+    // Left legs are behind the others, but from above.
+    const isFar = this.view !== "top" && this.run.figure.legs[i].offsets[0][1] > 0;
     line(leg.points, legColour(i), isFar ? 2.4 : 4.2, isFar ? [7, 4] : []);
     for (const point of leg.points) {
       const [u, v] = place(point);
@@ -228,9 +235,5 @@ class Figure {
     context.font = "600 11px system-ui, sans-serif";
     context.textAlign = "center";
     context.fillText(leg.name, u, v + (isFar ? 25 : 14));
-  }
-
-  #isLeft(i) {
-    return this.run.figure.legs[i].offsets[0][1] > 0;
   }
 }

@@ -144,5 +144,6 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => loca
 window.addEventListener("hashchange", follow);
 clock.set(data.open);
 follow();
-globalThis.twinrig = { clock, runs: data.runs };
+// For tests, and for readers with a console.
+globalThis.twinrig = { clock, runs: data.runs, pose: (index, t) => pose(data.runs[index].figure, t) };
 document.documentElement.dataset.ready = "true";

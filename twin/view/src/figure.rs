@@ -151,7 +151,7 @@ impl Ground {
     /// Places at which the height is taken.
     const PLACES: usize = 400;
     /// Distance before and behind the path \[m\].
-    const BEYOND: f64 = 0.4;
+    const BEYOND: f64 = 1.0;
 
     /// Returns the ground along the path of the trunk; none if it is not known.
     fn below(run: &Run<'_>, [x, y]: [&Vec<f64>; 2], columns: &mut Columns) -> Option<Self> {

@@ -105,7 +105,7 @@ pub(crate) fn incidents(
             })
         }));
         if let Some(error) = &verdict.error {
-            let first = error.lines().next().unwrap_or_default();
+            let first = first_line(error);
             all.push(Incident::new(Kind::End, end.as_secs_f64(), first));
         }
     }
@@ -113,6 +113,12 @@ pub(crate) fn incidents(
     all.extend(fell.map(|at| Incident::new(Kind::End, at, "the robot falls")));
     all.sort_by(|a, b| a.at.total_cmp(&b.at));
     Ok(all)
+}
+
+/// Returns the first line of an error, without the word for it.
+pub(crate) fn first_line(error: &str) -> &str {
+    let first = error.lines().next().unwrap_or_default();
+    first.strip_prefix("error: ").unwrap_or(first)
 }
 
 /// Returns the pushes and faults of the scenario that the run reached.

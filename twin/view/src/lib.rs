@@ -19,6 +19,7 @@
 //! | `figure` | poses, forces and ground over time |
 //! | `gait` | footsteps and contacts |
 //! | `incidents` | instants and intervals: pushes, faults, changes, events |
+//! | `findings` | warnings, drives beside their commands |
 //! | `judged` | expectations over time |
 //! | `signals` | signals and energy balance to plot |
 //! | `timing` | histograms of periods and transfers |
@@ -37,6 +38,7 @@
 mod columns;
 mod decimated;
 mod figure;
+mod findings;
 mod gait;
 mod incidents;
 mod judged;

@@ -10,8 +10,9 @@ use twinrig_report::table::{Cell, Column, Table};
 
 use crate::columns::{Columns, packed};
 use crate::figure::Figure;
+use crate::findings::findings;
 use crate::gait::{LegGait, gait};
-use crate::incidents::{Incident, incidents};
+use crate::incidents::{Incident, first_line, incidents};
 use crate::judged::{self, Judged, decisive, fails};
 use crate::pair::{Pair, pair};
 use crate::run::Run;
@@ -92,7 +93,10 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
         &data,
         compared.as_ref().map(|(_, tables)| tables),
     );
-    let open = verdicts.iter().flatten().find_map(opening).unwrap_or(0.0);
+    let judged = runs.iter().zip(&verdicts);
+    let mut judged = judged.filter_map(|(run, verdict)| Some((run, verdict.as_ref()?)));
+    let open = judged.find_map(|(run, verdict)| opening(run, verdict));
+    let open = open.unwrap_or(0.0);
     let mut terms = Vec::new();
     for run in runs {
         terms.extend(run_terms(run));
@@ -175,8 +179,12 @@ fn title(runs: &[Run<'_>]) -> String {
     }
 }
 
-/// Returns the instant at which a page of this verdict opens \[s\]; none of a run that passes.
-fn opening(verdict: &VerdictMessage) -> Option<f64> {
+/// Returns the instant at which the page of a run opens \[s\]: its end by an error, or the first
+/// decisive instant; none of a run that passes.
+fn opening(run: &Run<'_>, verdict: &VerdictMessage) -> Option<f64> {
+    if verdict.error.is_some() {
+        return Some(run.end().as_secs_f64());
+    }
     let failed = verdict.expectations.iter().filter(|it| fails(it));
     failed.filter_map(decisive).reduce(f64::min)
 }
@@ -188,8 +196,7 @@ fn headline(verdicts: &[Option<VerdictMessage>]) -> String {
             return "The recording was cut off, so that there is no verdict.".to_owned();
         };
         if let Some(error) = &verdict.error {
-            let first = error.lines().next().unwrap_or_default();
-            return format!("ERROR: {first}");
+            return format!("ERROR: {}", first_line(error));
         }
         let all = &verdict.expectations;
         let held = all.iter().filter(|it| !fails(it)).count();
@@ -245,6 +252,7 @@ fn blocks(
             label: "Measured value of the selected expectation over time, with its bounds",
         });
     }
+    blocks.extend(runs.iter().flat_map(findings));
     blocks.push(Block::heading("Signals"));
     blocks.push(Block::Live {
         id: "signals",
@@ -276,17 +284,29 @@ fn blocks(
     blocks
 }
 
+/// Returns the names of the runs in tables; empty for a single one.
+fn marks(data: &[RunData]) -> [&'static str; 2] {
+    if data.len() > 1 { ["A", "B"] } else { [""; 2] }
+}
+
 fn timing_table(data: &[RunData]) -> Table {
     let mut table = Table::new([
+        Column::label("run"),
         Column::label("duration"),
         Column::number("least").in_unit("s"),
         Column::number("median").in_unit("s"),
         Column::number("greatest").in_unit("s"),
     ]);
-    for (title, [least, median, greatest]) in
-        data.iter().flat_map(|run| &run.timing).map(Histogram::row)
-    {
-        table.row([title.into(), least.into(), median.into(), greatest.into()]);
+    for (run, mark) in data.iter().zip(marks(data)) {
+        for (title, [least, median, greatest]) in run.timing.iter().map(Histogram::row) {
+            table.row([
+                mark.into(),
+                title.into(),
+                least.into(),
+                median.into(),
+                greatest.into(),
+            ]);
+        }
     }
     table
 }
@@ -304,7 +324,7 @@ fn footsteps(data: &[RunData]) -> Vec<Block> {
         Column::number("contacts"),
     ]);
     let mut count = 0;
-    for (run, mark) in data.iter().zip(["A", "B"]) {
+    for (run, mark) in data.iter().zip(marks(data)) {
         let steps = run
             .gait
             .iter()
@@ -313,7 +333,6 @@ fn footsteps(data: &[RunData]) -> Vec<Block> {
         steps.sort_by(|a, b| a.1.from.total_cmp(&b.1.from));
         count = count.max(steps.len());
         for (of, step) in steps.into_iter().take(FOOTSTEPS) {
-            let mark = if data.len() > 1 { mark } else { "" };
             table.row([
                 mark.into(),
                 of.leg.as_str().into(),

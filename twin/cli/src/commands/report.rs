@@ -16,7 +16,7 @@ use twinrig_rig::registry::Registry;
 
 /// A written page, in its serialised form.
 #[derive(Serialize)]
-struct Reported {
+pub(super) struct Reported {
     page: String,
     bytes: usize,
     /// Instant at which the page opens.
@@ -70,7 +70,7 @@ pub(super) fn page_path(recording: &Path) -> PathBuf {
 }
 
 /// Writes the page of one or two recordings to `path`.
-fn write_page(
+pub(super) fn write_page(
     registry: &Registry,
     recordings: &[PathBuf],
     path: &Path,

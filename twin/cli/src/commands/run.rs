@@ -18,8 +18,9 @@ use twinrig_rig::run::interrupt;
 use twinrig_scenario::{Scenario, Setting};
 
 use super::plant_comparison::{self, PlantComparison};
+use super::report::{page_path, write_page};
 use super::{PLANT_KEY, Terminal, outputs, settings, source};
-use crate::args::{RunArgs, Settings};
+use crate::args::{PagesOf, RunArgs, Settings};
 use crate::error::TwinError;
 use crate::progress::{Progress, RunLine};
 use crate::report::{junit, table};
@@ -39,6 +40,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         warned: BTreeSet::new(),
         reports: Vec::new(),
         error: None,
+        page_code: Status::Pass.exit_code(),
     };
     let _budget = args.budget.map(crate::interrupt::end_after);
     let mut worst = Status::Pass.exit_code();
@@ -54,15 +56,17 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
             session.show(report, terminal);
         }
     }
-    let reports = session.reports;
+    let reports = &session.reports;
     if !args.json && reports.len() > 1 {
-        let text = table::summary(&reports);
+        let text = table::summary(reports);
         terminal.print(&text);
     }
     let codes = reports.iter().map(|report| report.verdict.exit_code());
-    let mut status = codes.max().map(|code| code.max(worst));
+    let mut status = codes
+        .max()
+        .map(|code| code.max(worst).max(session.page_code));
     if let Some(path) = &args.junit
-        && let Err(source) = std::fs::write(path, junit::document(&reports, &options(args)))
+        && let Err(source) = std::fs::write(path, junit::document(reports, &options(args)))
     {
         terminal.print_error(&TwinError::from(Error::Write {
             path: path.clone(),
@@ -113,6 +117,8 @@ pub(super) struct Session<'a> {
     pub(super) reports: Vec<Report>,
     /// Error of the last run, if it did not start.
     error: Option<TwinError>,
+    /// Exit code of the writing of pages.
+    page_code: u8,
 }
 
 impl<'a> Session<'a> {
@@ -220,8 +226,27 @@ impl<'a> Session<'a> {
         terminal.interactive && !self.args.json
     }
 
+    /// Writes the page of a run, if it has a recording and one is asked for.
+    fn write_page(&mut self, report: &mut Report, terminal: &mut Terminal<'_>) {
+        let includes = |pages: PagesOf| pages.includes(report.verdict);
+        let recording = report.recording.as_ref().map(PathBuf::from);
+        let Some(recording) = recording.filter(|_| self.args.report.is_some_and(includes)) else {
+            return;
+        };
+        let path = page_path(&recording);
+        let progress = self.shows_progress(terminal);
+        match write_page(self.registry, &[recording], &path, progress) {
+            Ok(_) => report.page = Some(path.display().to_string()),
+            Err(error) => {
+                terminal.report_error(&error, self.args.json);
+                self.page_code = Status::Error.exit_code();
+            }
+        }
+    }
+
     /// Prints and stores a report.
-    pub(super) fn show(&mut self, report: Report, terminal: &mut Terminal<'_>) {
+    pub(super) fn show(&mut self, mut report: Report, terminal: &mut Terminal<'_>) {
+        self.write_page(&mut report, terminal);
         if self.args.json {
             terminal.print_json(&report);
         } else if let (None, Some(error)) = (&report.fingerprint, &report.error) {

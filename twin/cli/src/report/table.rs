@@ -439,6 +439,9 @@ fn facts(report: &Report) -> Grid {
     if let Some(path) = &report.recording {
         fact("recording", path.clone());
     }
+    if let Some(path) = &report.page {
+        fact("page", path.clone());
+    }
     if let Some(fingerprint) = &report.fingerprint {
         fact("fingerprint", fingerprint.clone());
     }

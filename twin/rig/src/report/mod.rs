@@ -109,6 +109,9 @@ pub struct Report {
     /// Reasons for which a strict run fails, although its expectations may hold; none if the run
     /// was not strict.
     pub strict: Option<Vec<String>>,
+    /// Path of the page of the run, if one was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub page: Option<String>,
 }
 
 /// Warning, in its serialised form.
@@ -421,6 +424,7 @@ impl Report {
             buses: Vec::new(),
             random: None,
             strict: None,
+            page: None,
         }
     }
 

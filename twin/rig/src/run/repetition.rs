@@ -135,3 +135,98 @@ fn share(end: SimTime, part: u64, parts: u64) -> SimTime {
     // Not greater than the end.
     SimTime::from_nanos(u64::try_from(nanos).unwrap_or(end.as_nanos()))
 }
+
+#[cfg(test)]
+mod tests {
+    use twinrig_scenario::Verdict;
+
+    use super::*;
+    use crate::registry::Registry;
+    use crate::run::recorded::assembly_of;
+
+    const SCENARIO: &str = "
+        robot = 'cheetah-cub'
+        duration = '800 ms'
+        plant = { model = 'massless', ground = {} }
+        controller = { kind = 'stand', period = '2 ms' }
+        record = { signals = ['body/position'], frames = '50 Hz' }
+        [[expect]]
+        name = 'height'
+        signal = { name = 'body/position', component = 'z', always = { min = '1 m' } }
+        [[expect]]
+        name = 'count'
+        footstep = { count = { max = 1 } }
+        [[expect]]
+        name = 'energy'
+        energy = { residual = { max = 1e-3 } }
+    ";
+
+    fn assembly<'r>(registry: &'r Registry, text: &str) -> Assembly<'r> {
+        let builder = Assembly::builder(registry);
+        builder.text("stand.toml", text, "".as_ref()).unwrap()
+    }
+
+    fn repetition(assembly: &Assembly<'_>, end: SimTime) -> Repetition {
+        let detail = Detail {
+            frames: SimDuration::from_millis(4),
+            instants: 8,
+        };
+        repeat(assembly, detail, end, None).unwrap()
+    }
+
+    #[test]
+    fn repetition_has_the_fingerprint_and_more_detail() {
+        let registry = Registry::standard();
+        let assembly = assembly(&registry, SCENARIO);
+        let report = crate::execute_observed(&assembly, &Execution::default(), &mut ()).unwrap();
+        let repeated = repetition(&assembly, SimTime::MAX);
+        let recording = &repeated.recording;
+        assert_eq!(recording.fingerprint(), report.fingerprint.as_deref());
+        assert_eq!(repeated.report.fingerprint, report.fingerprint);
+        assert!(recording.series("leg/LF/foot/load").is_ok());
+        let frames = recording.frames().unwrap().times;
+        assert_eq!(frames[1] - frames[0], SimDuration::from_millis(4));
+        // It repeats itself from its own attachments, too.
+        let again = assembly_of(&registry, recording).unwrap();
+        let again = repetition(&again, SimTime::MAX);
+        assert_eq!(again.recording.fingerprint(), recording.fingerprint());
+    }
+
+    #[test]
+    fn evaluation_is_that_of_a_scenario_that_ends_there() {
+        let registry = Registry::standard();
+        let whole = repetition(&assembly(&registry, SCENARIO), SimTime::MAX);
+        assert_eq!(whole.course.len(), 8);
+        let of_report = whole.report.expectations.iter().map(|line| &line.outcome);
+        assert!(of_report.eq(&whole.course[7].outcomes));
+        for (evaluation, end) in [(&whole.course[1], "200 ms"), (&whole.course[4], "500 ms")] {
+            let shorter = SCENARIO.replace("800 ms", end);
+            let short = repetition(&assembly(&registry, &shorter), SimTime::MAX);
+            assert_eq!(short.report.expectations.len(), evaluation.outcomes.len());
+            for (line, outcome) in short.report.expectations.iter().zip(&evaluation.outcomes) {
+                assert_ne!(
+                    line.outcome.verdict,
+                    Verdict::Unobserved,
+                    "{}",
+                    outcome.name
+                );
+                assert_eq!(line.outcome.measured, outcome.measured, "{}", outcome.name);
+                assert_eq!(line.outcome.verdict, outcome.verdict, "{}", outcome.name);
+            }
+            let balance = short.report.energy.unwrap();
+            assert_eq!(balance.exchanged_j, evaluation.energy.exchanged);
+        }
+        let exchanged = whole.course.iter().map(|it| it.energy.exchanged);
+        assert!(exchanged.is_sorted_by(|a, b| a < b));
+    }
+
+    #[test]
+    fn repetition_of_a_recording_that_was_interrupted_ends_where_it_does() {
+        let registry = Registry::standard();
+        let end = SimTime::from_nanos(300_000_000);
+        let repeated = repetition(&assembly(&registry, SCENARIO), end);
+        assert_eq!(repeated.recording.reached(), Some(end));
+        assert_eq!(repeated.course.len(), 8);
+        assert_eq!(repeated.course[7].at, end);
+    }
+}

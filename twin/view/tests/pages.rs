@@ -1,0 +1,141 @@
+//! Pages of recorded runs, without a browser: `check.py` opens them in one.
+
+use std::path::{Path, PathBuf};
+
+use twinrig_campaign::spread::Magnitude;
+use twinrig_record::Recording;
+use twinrig_rig::{Assembly, Execution, Registry, StartPerturbation, execute_observed};
+use twinrig_testing::folder::Folder;
+use twinrig_view::{Run, page};
+
+const SCENARIO: &str = "
+    name = 'a <b> of the trunk'
+    robot = 'cheetah-cub'
+    duration = '300 ms'
+    plant = { model = 'massless', ground = {} }
+    controller = { kind = 'stand', period = '2 ms' }
+    record = { signals = ['body/position'], frames = '50 Hz' }
+    [[expect]]
+    name = 'stays low'
+    signal = { name = 'body/position', component = 'z', always = { max = '1 mm' } }
+";
+
+/// Runs the scenario and returns the path of its recording.
+fn recorded(registry: &Registry, folder: &Path) -> PathBuf {
+    recorded_from(registry, folder, None)
+}
+
+fn recorded_from(registry: &Registry, folder: &Path, start: Option<StartPerturbation>) -> PathBuf {
+    let assembly = Assembly::builder(registry);
+    let assembly = assembly.text("low.toml", SCENARIO, "".as_ref()).unwrap();
+    let assembly = match start {
+        Some(start) => assembly.with_start(start),
+        None => assembly,
+    };
+    let path = folder.join("low.mcap");
+    let execution = Execution {
+        recording: Some(path.clone()),
+        ..Execution::default()
+    };
+    execute_observed(&assembly, &execution, &mut ()).unwrap();
+    path
+}
+
+#[test]
+fn page_of_a_run_has_its_verdict_and_no_address() {
+    let folder = Folder::new("view");
+    let registry = Registry::standard();
+    let recorded = Recording::open(&recorded(&registry, folder.path())).unwrap();
+    let run = Run::open(&registry, "low.mcap", recorded, None);
+    assert_eq!(run.is_repeated(), Ok(()));
+    let page = page(&[run], "twin report low.mcap").unwrap();
+    assert_eq!(page.opened_at_s, 0.0);
+    assert!(
+        page.html
+            .contains("FAIL: 0 of 1 expectation holds; first at 0.000 s: stays low.")
+    );
+    assert!(page.html.contains("a &lt;b&gt; of the trunk"));
+    assert!(
+        page.html
+            .contains("the repetition has the recorded fingerprint")
+    );
+    for address in ["src=\"http", "href=\"http", "url(", "import("] {
+        assert!(!page.html.contains(address), "{address}");
+    }
+}
+
+#[test]
+fn pages_of_equal_runs_are_equal() {
+    let folder = Folder::new("view-twice");
+    let registry = Registry::standard();
+    let path = recorded(&registry, folder.path());
+    let page = || {
+        let recorded = Recording::open(&path).unwrap();
+        let run = Run::open(&registry, "low.mcap", recorded, None);
+        page(&[run], "twin report low.mcap").unwrap().html
+    };
+    assert!(page() == page());
+}
+
+#[test]
+fn recording_that_cannot_be_repeated_is_shown_alone() {
+    let folder = Folder::new("view-alone");
+    let registry = Registry::standard();
+    let bytes = std::fs::read(recorded(&registry, folder.path())).unwrap();
+    // It was cut off before its verdict.
+    let cut = Recording::from_bytes(bytes[..bytes.len() * 6 / 10].to_vec()).unwrap();
+    let run = Run::open(&registry, "low.mcap", cut, None);
+    assert_eq!(run.is_repeated(), Err("the recording was cut off"));
+    let cut = page(&[run], "twin report low.mcap").unwrap().html;
+    assert!(cut.contains("The recording was cut off, so that there is no verdict."));
+    assert!(cut.contains("the recording alone, which was not repeated"));
+
+    // Of another start, as if the build had changed since.
+    let other = recorded_from(
+        &registry,
+        folder.path(),
+        Some(StartPerturbation {
+            seed: 1,
+            member: 1,
+            magnitude: Magnitude::UpTo(1e-6),
+        }),
+    );
+    let other = Recording::open(&other).unwrap();
+    let run = Run::open(&registry, "low.mcap", other, None);
+    let why = run.is_repeated().unwrap_err();
+    assert!(why.contains("another fingerprint"), "{why}");
+    let other = page(&[run], "twin report low.mcap").unwrap();
+    // The verdict is the recorded one.
+    assert!(other.html.contains("FAIL: 0 of 1 expectation holds"));
+}
+
+#[test]
+fn two_runs_are_aligned_and_compared() {
+    let folder = Folder::new("view-two");
+    let registry = Registry::standard();
+    let path = recorded(&registry, folder.path());
+    let run = |name: &str| Run::open(&registry, name, Recording::open(&path).unwrap(), None);
+    let page = page(&[run("a.mcap"), run("b.mcap")], "twin report a.mcap b.mcap").unwrap();
+    assert!(page.html.contains("Comparison of two runs"));
+    assert!(page.html.contains("a &lt;b&gt; of the trunk, two runs"));
+    assert!(page.html.contains("A: FAIL: 0 of 1"));
+}
+
+/// The library is the one that its authors publish as `uplot` 1.6.32.
+#[test]
+fn library_of_others_is_unchanged() {
+    let of = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("assets/uplot")
+            .join(name);
+        blake3::hash(&std::fs::read(path).unwrap())
+            .to_hex()
+            .to_string()
+    };
+    assert_eq!(of("uPlot.iife.min.js"), UPLOT);
+    assert_eq!(of("uPlot.min.css"), STYLE);
+}
+
+/// BLAKE3 of the files of the package.
+const UPLOT: &str = "ea2d16ff65797375a846049c0f0a17f68b47a2850b9c73f2816ecf040ec9f2ce";
+const STYLE: &str = "70ead7542eab83ef6ff4269c1f139e3c40f5f59f98302552320b9f79188abba1";
