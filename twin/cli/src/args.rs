@@ -1,6 +1,7 @@
 //! Command-line arguments. The doc comments are the `--help` texts.
 #![allow(clippy::doc_markdown, reason = "the text is printed verbatim")]
 
+mod accept;
 mod cell;
 mod colour;
 mod completions;
@@ -27,6 +28,7 @@ use twinrig_kernel::SimDuration;
 
 use crate::version::VERSION;
 
+pub use accept::AcceptArgs;
 pub use cell::{
     CellArgs, CellCalibrateArgs, CellCommand, CellCompareArgs, CellPredictArgs, ElectrodeName,
 };
@@ -81,6 +83,11 @@ pub enum Command {
     /// One HTML file that makes no request. The run is repeated with all signals where that is
     /// possible. Two recordings are shown side by side, aligned by their footsteps.
     Report(ReportArgs),
+    /// Take recordings as the baseline of later runs (`twin run --against`), and print what moved
+    ///
+    /// Prints each footstep and signal beyond the tolerances, old and new, with the difference by
+    /// which the runs part. The folder has the tolerances in baseline.toml.
+    Accept(AcceptArgs),
     /// Repeat the run of a recording and check that the results are identical
     Replay(ReplayArgs),
     /// Emulate boards and plant in real time, with one pseudo-terminal (PTY) per bus
@@ -144,7 +151,8 @@ impl Command {
             | Self::Optimize(_)
             | Self::Thesis(_) => true,
             Self::Plan(args) => args.sufficient,
-            Self::Check(_)
+            Self::Accept(_)
+            | Self::Check(_)
             | Self::New(_)
             | Self::List(_)
             | Self::Diff(_)
@@ -169,6 +177,7 @@ impl Command {
             Self::Check(args) => args.json,
             Self::List(args) => args.json,
             Self::Diff(args) => args.json,
+            Self::Accept(args) => args.json,
             Self::Replay(args) => args.json,
             Self::Report(args) => args.json,
             Self::Devices(args) => args.json,
@@ -247,6 +256,10 @@ pub struct RunArgs {
     /// Do not write recordings
     #[arg(long, conflicts_with = "out")]
     pub no_record: bool,
+    /// Compare each run with the recording of its name in DIR, which `twin accept` keeps there; a
+    /// difference beyond the tolerances in DIR/baseline.toml is a failure
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["no_record", "port"])]
+    pub against: Option<PathBuf>,
     /// Write the page of each run beside its recording, as `twin report` does; with =failed, of
     /// those that do not pass
     #[arg(long, value_name = "OF", num_args = 0..=1, require_equals = true, default_missing_value = "all", conflicts_with = "no_record")]

@@ -26,6 +26,16 @@ pub enum TwinError {
         /// Scenario file.
         file: String,
     },
+    /// Baseline that a run cannot be compared with.
+    #[error("error: {why}\n --> {}\n  = help: {help}", path.display())]
+    Baseline {
+        /// Path of the recording or the folder.
+        path: PathBuf,
+        /// Reason.
+        why: String,
+        /// Remedy.
+        help: String,
+    },
     /// Recordings that cannot be compared.
     #[error("error: {}", chain(source))]
     Compare {

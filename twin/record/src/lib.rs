@@ -75,8 +75,8 @@ mod schema;
 mod topic;
 
 pub use aligned::{
-    Drift, Ends, EventComparison, LegFootsteps, PARTS, Pairing, Pairings, RecordedFootstep, SHARES,
-    SignalDrift, compare_events, median, pair_footsteps,
+    Drift, Ends, EventComparison, LegFootsteps, PARTS, Pairing, Pairings, PartingPoint,
+    RecordedFootstep, SHARES, SignalDrift, compare_events, median, pair_footsteps,
 };
 pub use channels::{RecordedGroup, group_name};
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};

@@ -80,6 +80,12 @@ impl<'u> Shown<'u> {
         }
     }
 
+    /// Returns a number of the comparison with its unit.
+    pub fn with_unit(&self, value: f64) -> String {
+        let text = format!("{} {}", self.number(value), self.symbol);
+        text.trim_end().to_owned()
+    }
+
     /// Returns a number of the comparison, without the unit.
     pub fn number(&self, value: f64) -> String {
         let value = value * self.factor;

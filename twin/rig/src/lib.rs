@@ -58,7 +58,9 @@ pub use parts::method::Method;
 pub use parts::plant_kind::PlantKind;
 pub use plant_id::PlantId;
 pub use registry::Registry;
-pub use report::{BusReport, Energy, Line, LineEnsemble, RealTime, Report, Status, WarningEntry};
+pub use report::{
+    Against, BusReport, Energy, Line, LineEnsemble, RealTime, Report, Status, WarningEntry,
+};
 pub use run::execute::execute_observed;
 pub use run::execution::Execution;
 pub use run::observers::{RunLayouts, RunObserver, RunProgress};

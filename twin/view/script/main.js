@@ -98,10 +98,10 @@ document.addEventListener("keydown", (event) => {
 
 // Links of the tables: to an instant, or to an expectation.
 function follow() {
-  const [, key, value] = location.hash.match(/^#(t=|expectation-)(.+)$/) ?? [];
-  if (key === "t=" && Number.isFinite(Number(value))) {
+  const [, key, value] = location.hash.match(/^#(t=|b=|expectation-)(.+)$/) ?? [];
+  if ((key === "t=" || key === "b=") && Number.isFinite(Number(value))) {
     clock.pause();
-    clock.set(Number(value));
+    clock.set(unaligned(key === "b=" ? 1 : 0, Number(value)));
   } else if (key && course) {
     course.show(Number(value));
     const at = data.runs[0].judged.expectations[Number(value)]?.at;
@@ -126,8 +126,8 @@ if (byId("signals")) new Signals(byId("signals"));
 if (byId("strip")) strip = new Strip(byId("strip"));
 if (byId("timing")) histograms(byId("timing"));
 
-const failed = data.runs[0].judged.expectations.findIndex((it) => it.verdict === "fail");
-course?.show(Math.max(failed, 0));
+const { expectations } = data.runs[data.open[0]].judged;
+course?.show(Math.max(expectations.findIndex((it) => it.verdict === "fail"), 0));
 
 let drawn = null;
 clock.listen((now) => {
@@ -142,7 +142,7 @@ clock.listen((now) => {
 new ResizeObserver(drawStage).observe(byId("stage"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => location.reload());
 window.addEventListener("hashchange", follow);
-clock.set(data.open);
+clock.set(unaligned(...data.open));
 follow();
 // For tests, and for readers with a console.
 globalThis.twinrig = { clock, runs: data.runs, pose: (index, t) => pose(data.runs[index].figure, t) };

@@ -4,10 +4,11 @@ use twinrig_report::page::Block;
 use twinrig_report::table::{Cell, Column, Table, Tone};
 use twinrig_scenario::{LIFT_SHARE_MIN, SATURATED_SHARE_MAX, TrackingReport};
 
+use crate::link::instant;
 use crate::run::Run;
 
-/// Returns the findings of a run; none without a repetition.
-pub(crate) fn findings(run: &Run<'_>) -> Vec<Block> {
+/// Returns the findings of a run and its index; none without a repetition.
+pub(crate) fn findings((number, run): (usize, &Run<'_>)) -> Vec<Block> {
     let Some(report) = run.repetition().map(|it| &it.report) else {
         return Vec::new();
     };
@@ -22,7 +23,7 @@ pub(crate) fn findings(run: &Run<'_>) -> Vec<Block> {
     }
     let tracking = report.tracking.as_ref();
     if let Some(tracking) = tracking.filter(|it| it.legs.iter().any(|leg| !leg.drives.is_empty())) {
-        blocks.push(Block::Table(drives(tracking)));
+        blocks.push(Block::Table(drives(number, tracking)));
     }
     if !blocks.is_empty() {
         blocks.insert(0, Block::heading("Findings"));
@@ -31,7 +32,7 @@ pub(crate) fn findings(run: &Run<'_>) -> Vec<Block> {
 }
 
 /// Returns the table of the drives: their errors, and the lift of the feet.
-fn drives(tracking: &TrackingReport) -> Table {
+fn drives(run: usize, tracking: &TrackingReport) -> Table {
     let part = if tracking.in_ramp {
         ", in the ramp"
     } else {
@@ -65,7 +66,7 @@ fn drives(tracking: &TrackingReport) -> Table {
                 drive.drive.into(),
                 rms.into(),
                 peak.into(),
-                Cell::link(format!("{at:.3} s"), format!("#t={at}")),
+                instant(run, at),
                 saturated.unwrap_or_default(),
                 lift.unwrap_or_default(),
             ]);

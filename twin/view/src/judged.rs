@@ -6,6 +6,7 @@ use twinrig_report::comparison::{Comparison, Shown};
 use twinrig_report::table::{Cell, Column as TableColumn, Table, Tone};
 
 use crate::columns::{Column, Columns};
+use crate::link::instant;
 use crate::run::Run;
 
 /// Expectations of a run.
@@ -93,8 +94,8 @@ pub(crate) fn fails(outcome: &ExpectationMessage) -> bool {
     }
 }
 
-/// Returns the table of the expectations, those that fail first.
-pub(crate) fn table(verdict: &VerdictMessage) -> Table {
+/// Returns the table of the expectations of a run, those that fail first; `run` is its index.
+pub(crate) fn table(run: usize, verdict: &VerdictMessage) -> Table {
     let mut table = Table::new([
         TableColumn::status("verdict"),
         TableColumn::label("expectation"),
@@ -120,7 +121,7 @@ pub(crate) fn table(verdict: &VerdictMessage) -> Table {
             margin: outcome.margin,
         };
         let shown = Shown::of(&comparison, &outcome.unit);
-        let number = |value: f64| format!("{} {}", shown.number(value), shown.symbol);
+        let number = |value: f64| shown.with_unit(value);
         let bound = match (outcome.min, outcome.max) {
             (Some(min), Some(max)) if min == max => Some(format!("= {}", number(min))),
             (Some(min), Some(max)) => Some(format!("{} … {}", shown.number(min), number(max))),
@@ -128,10 +129,7 @@ pub(crate) fn table(verdict: &VerdictMessage) -> Table {
             (None, Some(max)) => Some(format!("≤ {}", number(max))),
             (None, None) => outcome.bound.map(number),
         };
-        let at = decisive(outcome).map(|at| {
-            let text = format!("{at:.3} s");
-            Cell::link(text, format!("#t={at}"))
-        });
+        let at = decisive(outcome).map(|at| instant(run, at));
         let element = outcome.element.map(|element| format!("[{element}]"));
         let signal = outcome.signal.as_ref();
         let signal = signal.map(|signal| signal.clone() + element.as_deref().unwrap_or_default());

@@ -21,10 +21,12 @@
 //! | `incidents` | instants and intervals: pushes, faults, changes, events |
 //! | `findings` | warnings, drives beside their commands |
 //! | `judged` | expectations over time |
+//! | `link` | links of tables to instants |
 //! | `signals` | signals and energy balance to plot |
 //! | `timing` | histograms of periods and transfers |
 //! | `wires` | bytes around instants, decoded by the parts of their buses |
 //! | `pair` | two runs aligned by their footsteps |
+//! | `parting` | the difference by which they part, nearest to its cause |
 //! | `page` | the page of all of these |
 //!
 //! `script/` has the scripts of the page, `assets/` a library for plots, of others
@@ -42,12 +44,15 @@ mod findings;
 mod gait;
 mod incidents;
 mod judged;
+mod link;
 mod page;
 mod pair;
+mod parting;
 mod run;
 mod signals;
 mod timing;
 mod wires;
 
 pub use page::{Page, page};
+pub use parting::parting;
 pub use run::Run;

@@ -4,9 +4,9 @@ use std::io;
 
 use serde::Serialize;
 use twinrig_record::{RecordError, VerdictMessage};
-use twinrig_report::number::{fixed, percent, quantity};
+use twinrig_report::number::{percent, quantity};
 use twinrig_report::page::{self, Block, Script, Term};
-use twinrig_report::table::{Cell, Column, Table};
+use twinrig_report::table::{Column, Table};
 
 use crate::columns::{Columns, packed};
 use crate::figure::Figure;
@@ -14,7 +14,8 @@ use crate::findings::findings;
 use crate::gait::{LegGait, gait};
 use crate::incidents::{Incident, first_line, incidents};
 use crate::judged::{self, Judged, decisive, fails};
-use crate::pair::{Pair, pair};
+use crate::link::instant;
+use crate::pair::{Compared, Pair, compared};
 use crate::run::Run;
 use crate::signals::{Group, signals};
 use crate::timing::{Histogram, timing};
@@ -25,8 +26,8 @@ use crate::wires::{Wires, wires};
 pub struct Page {
     /// Text of the file.
     pub html: String,
-    /// Instant at which it opens: the first decisive one of a run that fails, else the start
-    /// \[s\].
+    /// Instant at which it opens: the first decisive one of a run that fails, of the second if both
+    /// do; else the start \[s\].
     pub opened_at_s: f64,
 }
 
@@ -51,8 +52,8 @@ const MODULE: &[&str] = &[
 struct Data {
     runs: Vec<RunData>,
     pair: Option<Pair>,
-    /// Instant at which the page opens \[s\].
-    open: f64,
+    /// Index of a run, and its instant at which the page opens \[s\].
+    open: (usize, f64),
 }
 
 #[derive(Serialize)]
@@ -81,22 +82,21 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
     let verdicts = runs.iter().map(Run::verdict);
     let verdicts: Vec<Option<VerdictMessage>> = verdicts.collect::<Result<_, _>>()?;
     let shown = runs.iter().zip(&verdicts);
-    let data = shown.map(|(run, verdict)| RunData::of(run, verdict.as_ref(), &mut columns));
+    // Of two runs each has half of the room.
+    let share = runs.len();
+    let data = shown.map(|(run, verdict)| RunData::of(run, verdict.as_ref(), share, &mut columns));
     let data: Vec<RunData> = data.collect::<Result<_, _>>()?;
     let compared = match runs {
-        [a, b] => Some(pair([a, b])?),
+        [a, b] => Some(compared([a, b])?),
         _ => None,
     };
-    let blocks = blocks(
-        runs,
-        &verdicts,
-        &data,
-        compared.as_ref().map(|(_, tables)| tables),
-    );
-    let judged = runs.iter().zip(&verdicts);
-    let mut judged = judged.filter_map(|(run, verdict)| Some((run, verdict.as_ref()?)));
-    let open = judged.find_map(|(run, verdict)| opening(run, verdict));
-    let open = open.unwrap_or(0.0);
+    let blocks = blocks(runs, &verdicts, &data, compared.as_ref());
+    let judged = runs.iter().zip(&verdicts).enumerate();
+    let mut opening = judged.filter_map(|(number, (run, verdict))| {
+        let at = opening(run, verdict.as_ref()?)?;
+        Some((number, at))
+    });
+    let open = opening.next_back().unwrap_or_default();
     let mut terms = Vec::new();
     for run in runs {
         terms.extend(run_terms(run));
@@ -109,19 +109,19 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
             _ => "Comparison of two runs".to_owned(),
         },
         title: title(runs),
-        headline: headline(&verdicts),
+        headline: headline(&verdicts, compared.as_ref()),
         blocks,
         terms,
     };
     let data = Data {
         runs: data,
-        pair: compared.map(|(pair, _)| pair),
+        pair: compared.map(|it| it.pair),
         open,
     };
     let scripts = scripts(&data, &columns)?;
     Ok(Page {
         html: page.html_with(STYLE, &scripts),
-        opened_at_s: open,
+        opened_at_s: open.1,
     })
 }
 
@@ -146,6 +146,7 @@ impl RunData {
     fn of(
         run: &Run<'_>,
         verdict: Option<&VerdictMessage>,
+        share: usize,
         columns: &mut Columns,
     ) -> Result<Self, RecordError> {
         let figure = Figure::of(run, columns)?;
@@ -160,9 +161,9 @@ impl RunData {
         Ok(Self {
             name: run.name().to_owned(),
             end: run.end().as_secs_f64(),
-            wires: wires(run, instants),
+            wires: wires(run, instants, share),
             judged: Judged::of(run, verdict, columns),
-            groups: signals(run, columns),
+            groups: signals(run, share, columns),
             timing: timing(run.shown()),
             figure,
             gait,
@@ -190,7 +191,7 @@ fn opening(run: &Run<'_>, verdict: &VerdictMessage) -> Option<f64> {
 }
 
 /// Returns the result of the runs in a sentence each.
-fn headline(verdicts: &[Option<VerdictMessage>]) -> String {
+fn headline(verdicts: &[Option<VerdictMessage>], compared: Option<&Compared>) -> String {
     let of = |verdict: &Option<VerdictMessage>| {
         let Some(verdict) = verdict else {
             return "The recording was cut off, so that there is no verdict.".to_owned();
@@ -218,7 +219,14 @@ fn headline(verdicts: &[Option<VerdictMessage>]) -> String {
     };
     let sentences: Vec<String> = verdicts.iter().map(of).collect();
     match &*sentences {
-        [a, b] => format!("A: {a} B: {b}"),
+        [a, b] => {
+            let parting = compared.and_then(|it| it.parting.as_ref());
+            let parting = parting.map_or_else(
+                || " The runs are equal.".to_owned(),
+                |it| format!(" B parts from A {it}."),
+            );
+            format!("A: {a} B: {b}{parting}")
+        }
         _ => sentences.concat(),
     }
 }
@@ -227,32 +235,31 @@ fn blocks(
     runs: &[Run<'_>],
     verdicts: &[Option<VerdictMessage>],
     data: &[RunData],
-    compared: Option<&[Table; 2]>,
+    compared: Option<&Compared>,
 ) -> Vec<Block> {
     let mut blocks = vec![Block::Live {
         id: "stage",
         label: "The robot over time, its gait, and a slider of time. The tables below have the \
                 footsteps and instants.",
     }];
-    if let Some([footsteps, signals]) = compared {
+    if let Some(compared) = compared {
         blocks.push(Block::heading("Differences"));
-        blocks.push(Block::Table(footsteps.clone()));
-        blocks.push(Block::Table(signals.clone()));
+        blocks.extend(compared.tables.iter().cloned().map(Block::Table));
     }
     let has = |is: fn(&RunData) -> bool| data.iter().any(is);
-    let mut titled = verdicts
-        .iter()
-        .flatten()
-        .filter(|it| !it.expectations.is_empty());
-    if titled.clone().next().is_some() {
+    let mut judged = verdicts.iter().flatten();
+    if judged.any(|it| !it.expectations.is_empty()) {
         blocks.push(Block::heading("Expectations"));
-        blocks.extend(titled.by_ref().map(|it| Block::Table(judged::table(it))));
+        for (number, verdict) in verdicts.iter().enumerate() {
+            let table = verdict.as_ref().map(|it| judged::table(number, it));
+            blocks.extend(table.filter(|it| !it.is_empty()).map(Block::Table));
+        }
         blocks.push(Block::Live {
             id: "course",
             label: "Measured value of the selected expectation over time, with its bounds",
         });
     }
-    blocks.extend(runs.iter().flat_map(findings));
+    blocks.extend(runs.iter().enumerate().flat_map(findings));
     blocks.push(Block::heading("Signals"));
     blocks.push(Block::Live {
         id: "signals",
@@ -324,7 +331,7 @@ fn footsteps(data: &[RunData]) -> Vec<Block> {
         Column::number("contacts"),
     ]);
     let mut count = 0;
-    for (run, mark) in data.iter().zip(marks(data)) {
+    for (number, (run, mark)) in data.iter().zip(marks(data)).enumerate() {
         let steps = run
             .gait
             .iter()
@@ -336,10 +343,7 @@ fn footsteps(data: &[RunData]) -> Vec<Block> {
             table.row([
                 mark.into(),
                 of.leg.as_str().into(),
-                Cell::link(
-                    format!("{} s", fixed(step.from, 3)),
-                    format!("#t={}", step.from),
-                ),
+                instant(number, step.from),
                 (step.to - step.from).into(),
                 step.slip_m.into(),
                 step.impulse_ns.into(),

@@ -5,6 +5,8 @@ use twinrig_record::{LegFootsteps, RecordError, SHARES, SignalDrift, compare_eve
 use twinrig_report::number::{percent, quantity};
 use twinrig_report::table::{Cell, Column, Table};
 
+use crate::link::instant;
+use crate::parting::parting;
 use crate::run::Run;
 
 /// Alignment of two runs.
@@ -17,8 +19,17 @@ pub(crate) struct Pair {
 /// Signals of the table of differences.
 const SHOWN: usize = 40;
 
-/// Compares two runs; also returns the tables of their footsteps and signals.
-pub(crate) fn pair(runs: [&Run<'_>; 2]) -> Result<(Pair, [Table; 2]), RecordError> {
+/// Two runs beside each other.
+pub(crate) struct Compared {
+    pub(crate) pair: Pair,
+    /// The difference by which the second run parts from the first.
+    pub(crate) parting: Option<String>,
+    /// Footsteps, and signals by the instant at which they part.
+    pub(crate) tables: [Table; 2],
+}
+
+/// Compares two runs.
+pub(crate) fn compared(runs: [&Run<'_>; 2]) -> Result<Compared, RecordError> {
     let [a, b] = runs;
     let comparison = compare_events(a.shown(), b.shown(), [a.end(), b.end()])?;
     let most = comparison
@@ -28,8 +39,12 @@ pub(crate) fn pair(runs: [&Run<'_>; 2]) -> Result<(Pair, [Table; 2]), RecordErro
     let pair = Pair {
         knots: most.map_or_else(Vec::new, knots),
     };
-    let tables = [footsteps(&comparison.legs), signals(comparison.signals)];
-    Ok((pair, tables))
+    let parting = parting(a.shown(), b.shown(), &comparison);
+    Ok(Compared {
+        pair,
+        parting,
+        tables: [footsteps(&comparison.legs), signals(comparison.signals)],
+    })
 }
 
 /// Returns the paired touch-downs of a leg, where both rise.
@@ -74,9 +89,7 @@ fn footsteps(legs: &[LegFootsteps]) -> Table {
         let apart = apart.max_by(|x, y| x.0.total_cmp(&y.0));
         let at = |it: Option<(f64, twinrig_record::RecordedFootstep)>| {
             let at = it.map(|(_, step)| step.touch_down_s);
-            at.map_or_else(Cell::empty, |at| {
-                Cell::link(format!("{at:.3} s"), format!("#t={at}"))
-            })
+            at.map_or_else(Cell::empty, |at| instant(0, at))
         };
         table.row([
             leg.leg.as_str().into(),
@@ -118,11 +131,7 @@ fn signals(mut signals: Vec<SignalDrift>) -> Table {
             1 => drift.signal.clone(),
             _ => format!("{}[{}]", drift.signal, drift.component),
         };
-        let at = |at: Option<f64>| {
-            at.map_or_else(Cell::empty, |at| {
-                Cell::link(format!("{at:.3} s"), format!("#t={at}"))
-            })
-        };
+        let at = |at: Option<f64>| at.map_or_else(Cell::empty, |at| instant(0, at));
         let [little, much] = drift.aligned.exceeds_at_s;
         table.row([
             name.into(),

@@ -40,15 +40,15 @@ struct Signal {
 const SAMPLES: usize = 1_400_000;
 const OF_COMPONENT: [usize; 2] = [600, 4000];
 
-/// Returns the signals of a run, each group with its samples.
-pub(crate) fn signals(run: &Run<'_>, columns: &mut Columns) -> Vec<Group> {
+/// Returns the signals of one of `runs` runs, each group with its samples.
+pub(crate) fn signals(run: &Run<'_>, runs: usize, columns: &mut Columns) -> Vec<Group> {
     let recording = run.shown();
     let groups = recording.groups();
     let components = |signals: &[twinrig_record::Signal]| -> usize {
         signals.iter().map(|signal| signal.size).sum()
     };
     let all: usize = groups.iter().map(|it| components(&it.signals)).sum();
-    let most = (SAMPLES / all.max(1)).clamp(OF_COMPONENT[0], OF_COMPONENT[1]);
+    let most = (SAMPLES / runs.max(1) / all.max(1)).clamp(OF_COMPONENT[0], OF_COMPONENT[1]);
     let mut shown: Vec<Group> = Vec::new();
     for group in groups.iter().filter(|group| !group.is_empty()) {
         let times = recording.samples(group).map(|it| it.time.as_secs_f64());

@@ -26,16 +26,21 @@ struct Piece(f64, usize, String, Vec<String>);
 const PIECES: usize = 80_000;
 const AROUND: f64 = 0.03;
 
-/// Returns the bytes of a run around the `instants` \[s\], or all if they are few; none without
-/// traces.
-pub(crate) fn wires(run: &Run<'_>, instants: impl Iterator<Item = f64>) -> Option<Wires> {
+/// Returns the bytes of one of `runs` runs around the `instants` \[s\], or all if they are few; none
+/// without traces.
+pub(crate) fn wires(
+    run: &Run<'_>,
+    instants: impl Iterator<Item = f64>,
+    runs: usize,
+) -> Option<Wires> {
     let recording = run.shown();
     let traces: Vec<String> = recording.traces().map(str::to_owned).collect();
     let count: usize = traces.iter().map(|it| recording.bytes(it).count()).sum();
     if count == 0 {
         return None;
     }
-    let windows = if count <= PIECES {
+    let most = PIECES / runs.max(1);
+    let windows = if count <= most {
         Vec::new()
     } else {
         merged(std::iter::once(0.0).chain(instants))
@@ -52,7 +57,7 @@ pub(crate) fn wires(run: &Run<'_>, instants: impl Iterator<Item = f64>) -> Optio
         }));
     }
     pieces.sort_by(|a, b| a.0.total_cmp(&b.0));
-    pieces.truncate(2 * PIECES);
+    pieces.truncate(most);
     Some(Wires {
         traces,
         windows,

@@ -16,6 +16,18 @@ use super::diff::{Difference, cut_off};
 use crate::error::TwinError;
 use twinrig_rig::report::seconds;
 
+/// Returns the footsteps of a leg that are beyond the bounds, in words; `a` is a baseline.
+pub(super) fn differing_footsteps(
+    leg: &LegFootsteps,
+    bounds: Bounds,
+) -> impl Iterator<Item = String> {
+    differing(leg, bounds).map(|first| {
+        let text = first.description();
+        let text = text.replace(" only in a", " is missing");
+        text.replace(" only in b", " is new")
+    })
+}
+
 /// Default tolerance of signals as a share of their range, for recordings without footsteps.
 const SHARE: f64 = SHARES[0];
 
@@ -91,7 +103,7 @@ impl EventDifference {
         Ok(difference)
     }
 
-    fn within(
+    pub(super) fn within(
         comparison: EventComparison,
         bounds: Bounds,
         ends: [SimTime; 2],

@@ -1,5 +1,7 @@
 //! Commands of the program and their common parts.
 
+mod accept;
+mod baseline;
 mod cell;
 mod check;
 mod compare;
@@ -202,6 +204,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::List(args) => list::list(registry, &args, terminal),
         Command::Diff(args) => diff::diff(&args, terminal),
         Command::Replay(args) => replay::replay(registry, &args, terminal),
+        Command::Accept(args) => accept::accept(&args, terminal),
         Command::Report(args) => report::report(registry, &args, terminal),
         Command::Serve(args) => serve::serve(registry, &args, terminal),
         Command::Devices(args) => devices::devices(&args, terminal),

@@ -17,6 +17,7 @@ use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
 use twinrig_scenario::{Scenario, Setting};
 
+use super::baseline::Baseline;
 use super::plant_comparison::{self, PlantComparison};
 use super::report::{page_path, write_page};
 use super::{PLANT_KEY, Terminal, outputs, settings, source};
@@ -33,7 +34,15 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         terminal.report_error(&error, args.json);
         return Status::Error.exit_code();
     }
+    let baseline = match args.against.as_deref().map(Baseline::open).transpose() {
+        Ok(baseline) => baseline,
+        Err(error) => {
+            terminal.report_error(&error, args.json);
+            return Status::Error.exit_code();
+        }
+    };
     let mut session = Session {
+        baseline,
         registry,
         args,
         recordings: Vec::new(),
@@ -110,6 +119,7 @@ fn check_outputs(args: &RunArgs) -> Result<(), TwinError> {
 pub(super) struct Session<'a> {
     pub(super) registry: &'a Registry,
     pub(super) args: &'a RunArgs,
+    baseline: Option<Baseline>,
     /// Paths of the recordings.
     recordings: Vec<PathBuf>,
     /// Texts of the warnings that were shown.
@@ -226,6 +236,28 @@ impl<'a> Session<'a> {
         terminal.interactive && !self.args.json
     }
 
+    /// Compares a run that has a recording with the baseline, if there is one.
+    fn compare(&self, report: &mut Report) {
+        let recording = report.recording.as_ref().map(PathBuf::from);
+        let (Some(baseline), Some(recording)) = (&self.baseline, recording) else {
+            return;
+        };
+        match baseline.judge(report, &recording) {
+            Ok(()) => {
+                let differs = report.against.as_ref().is_some_and(|it| !it.same);
+                if differs && report.verdict == Status::Pass {
+                    report.verdict = Status::Fail;
+                }
+            }
+            // An error of the run is the cause of all that follows.
+            Err(_) if report.error.is_some() => {}
+            Err(error) => {
+                report.verdict = Status::Error;
+                report.error = Some(error.to_string());
+            }
+        }
+    }
+
     /// Writes the page of a run, if it has a recording and one is asked for.
     fn write_page(&mut self, report: &mut Report, terminal: &mut Terminal<'_>) {
         let includes = |pages: PagesOf| pages.includes(report.verdict);
@@ -235,7 +267,11 @@ impl<'a> Session<'a> {
         };
         let path = page_path(&recording);
         let progress = self.shows_progress(terminal);
-        match write_page(self.registry, &[recording], &path, progress) {
+        // A run that is not as its baseline is shown beside it.
+        let against = report.against.as_ref().filter(|it| !it.same);
+        let baseline = against.map(|it| PathBuf::from(&it.baseline));
+        let recordings: Vec<PathBuf> = baseline.into_iter().chain([recording]).collect();
+        match write_page(self.registry, &recordings, &path, progress) {
             Ok(_) => report.page = Some(path.display().to_string()),
             Err(error) => {
                 terminal.report_error(&error, self.args.json);
@@ -246,6 +282,7 @@ impl<'a> Session<'a> {
 
     /// Prints and stores a report.
     pub(super) fn show(&mut self, mut report: Report, terminal: &mut Terminal<'_>) {
+        self.compare(&mut report);
         self.write_page(&mut report, terminal);
         if self.args.json {
             terminal.print_json(&report);

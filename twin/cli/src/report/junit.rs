@@ -12,7 +12,7 @@ use twinrig_experiment::shell::quoted;
 use twinrig_rig::report::{Line, Report};
 use twinrig_scenario::Verdict;
 
-use super::tracking;
+use super::{against, tracking};
 use crate::report::table;
 
 /// Suite of test cases.
@@ -104,11 +104,8 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
         _ => report.scenario.clone(),
     };
     let recorded = report.recording.is_some();
-    let mut cases: Vec<Case> = report
-        .expectations
-        .iter()
-        .map(|line| case(line, recorded))
-        .collect();
+    let mut cases: Vec<Case> = Vec::new();
+    // The cause stands before what follows from it.
     if let Some(error) = &report.error {
         let problem = CaseProblem {
             kind: ProblemKind::Error,
@@ -118,6 +115,23 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
         };
         cases.push(Case::of("runs to its end", problem));
     }
+    if let Some(against) = &report.against {
+        let name = "equals its baseline (--against)";
+        cases.push(match against::failure(report) {
+            None => Case::passed(name),
+            Some(message) => Case::of(
+                name,
+                CaseProblem {
+                    kind: ProblemKind::Failure,
+                    of_type: "baseline".to_owned(),
+                    message,
+                    text: against.differences.join("\n"),
+                },
+            ),
+        });
+    }
+    let lines = report.expectations.iter();
+    cases.extend(lines.map(|line| case(line, recorded)));
     if let Some(reasons) = &report.strict {
         let name = "has no warnings (--strict)";
         cases.push(match reasons.as_slice() {
@@ -139,6 +153,7 @@ fn suite(report: &Report, all: &[Report]) -> Suite {
         ("seed", report.seed.map(|seed| seed.to_string())),
         ("fingerprint", report.fingerprint.clone()),
         ("recording", report.recording.clone()),
+        ("page", report.page.clone()),
     ];
     let properties = texts
         .into_iter()
@@ -177,8 +192,9 @@ fn case(line: &Line, recorded: bool) -> Case {
     let name = outcome.name.as_str();
     let kind = match (outcome.verdict, line.holds()) {
         (Verdict::Pass, true) => return Case::passed(name),
-        (_, true) => ProblemKind::Skipped,
-        (_, false) => ProblemKind::Failure,
+        // Of a run that an error ended, the error is the failure.
+        (_, holds) if holds || line.cut_short => ProblemKind::Skipped,
+        _ => ProblemKind::Failure,
     };
     let message = table::line_sentence(line, recorded);
     let (file, at) = (&outcome.place.source().name, outcome.place.line());

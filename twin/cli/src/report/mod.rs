@@ -1,5 +1,6 @@
 //! Text forms of reports: the table, the `JUnit` file, and what all tables are made of.
 
+mod against;
 pub(crate) mod junit;
 pub(crate) mod left_out;
 pub(crate) mod table;

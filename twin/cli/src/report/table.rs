@@ -16,7 +16,7 @@ use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use twinrig_rig::report::bound::sign;
 use twinrig_rig::report::{Line, LineEnsemble, Report, Status, recording_s};
 
-use super::tracking;
+use super::{against, tracking};
 
 /// Maximum width of the values of facts.
 const WIDTH: usize = 100;
@@ -32,6 +32,9 @@ pub fn report(report: &Report) -> String {
             let _ = writeln!(out, "  {}", styled(RED, line));
         }
         let _ = writeln!(out);
+    }
+    if let Some(line) = against::first(report) {
+        let _ = writeln!(out, "  {}\n", styled(YELLOW, &line));
     }
     let (seen, cut) = (expectations(report), cut_short(report));
     let lines = seen.lines(2).into_iter().chain(cut.lines(2));
@@ -148,6 +151,10 @@ fn verdict(report: &Report) -> String {
         1 => format!("{} of 1 expectation holds", report.held()),
         _ => format!("{} of {count} expectations hold", report.held()),
     };
+    let text = match &report.against {
+        Some(against) if !against.same => format!("{text}; the run differs from its baseline"),
+        _ => text,
+    };
     let text = match &report.strict {
         Some(reasons) if !reasons.is_empty() => {
             let (count, plural) = (reasons.len(), if reasons.len() == 1 { "" } else { "s" });
@@ -162,13 +169,20 @@ fn verdict(report: &Report) -> String {
 fn expectations(report: &Report) -> Grid {
     let sides = [Left, Left, Right, Left, Right, Left, Right, Left];
     let mut grid = Grid::new(&sides);
-    let mut lines = report.expectations.iter().filter(|line| !line.cut_short);
+    let lines = report.expectations.iter().enumerate();
+    let mut lines = lines.filter(|(_, line)| !line.cut_short);
     let Some(first) = lines.next() else {
         return grid;
     };
     grid.header("| expectation | measured | | bound | | margin |");
-    for line in std::iter::once(first).chain(lines) {
+    for (index, line) in std::iter::once(first).chain(lines) {
         let outcome = &line.outcome;
+        let before = against::before(report, index).map(|value| shown(outcome).with_unit(value));
+        let remarks = [
+            before.map(|before| format!("baseline: {before}")),
+            Some(line_remark(line, report.recording.is_some())).filter(|it| !it.is_empty()),
+        ];
+        let remarks: Vec<String> = remarks.into_iter().flatten().collect();
         let (mark, style) = mark(line);
         let shown = shown(outcome);
         let number =
@@ -182,7 +196,7 @@ fn expectations(report: &Report) -> Grid {
             number(outcome.bound).into(),
             shown.symbol.into(),
             Cell::new(number(outcome.margin), bad),
-            Cell::new(line_remark(line, report.recording.is_some()), DIM),
+            Cell::new(remarks.join("; "), DIM),
         ]);
     }
     grid
@@ -435,6 +449,9 @@ fn facts(report: &Report) -> Grid {
     }
     for (n, text) in left_out(report).into_iter().enumerate() {
         fact(if n == 0 { "left out" } else { "" }, text);
+    }
+    for (n, text) in against::facts(report).into_iter().enumerate() {
+        fact(if n == 0 { "baseline" } else { "" }, text);
     }
     if let Some(path) = &report.recording {
         fact("recording", path.clone());

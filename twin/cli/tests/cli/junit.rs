@@ -121,3 +121,30 @@ fn output_repeats_the_run_and_has_its_tracking() {
     );
     assert!(output.contains(&repeat), "{output}");
 }
+
+#[test]
+fn error_of_a_run_stands_before_what_it_left_unobserved() {
+    let folder = Folder::new("junit-error");
+    let scenario = SOUND.replace("[[expect]]", "[[expect]]\nafter = \"600 ms\"");
+    let scenario = folder.file("snaps.toml", &scenario);
+    let file = folder.join("junit.xml");
+    let words = [
+        "run",
+        &scenario,
+        "--plant",
+        "snapping",
+        "--no-record",
+        "--junit",
+        &file,
+    ];
+    assert_eq!(twin(&words).code, 2);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let cases: Vec<&str> = text
+        .lines()
+        .filter(|line| line.contains("<testcase "))
+        .collect();
+    assert!(cases[0].contains("runs to its end"), "{text}");
+    assert_eq!(text.matches("<error ").count(), 1, "{text}");
+    assert_eq!(text.matches("<failure ").count(), 0, "{text}");
+    assert_eq!(text.matches("<skipped").count(), 2, "{text}");
+}

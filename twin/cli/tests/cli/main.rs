@@ -1,5 +1,6 @@
 //! Tests of the program through its commands.
 
+mod baseline;
 mod bench;
 mod builds;
 mod buses;

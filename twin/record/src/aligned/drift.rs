@@ -5,6 +5,10 @@ use super::warp::Warp;
 /// Thresholds, as shares of a signal's range, whose first excess is recorded.
 pub const SHARES: [f64; 2] = [0.01, 0.1];
 
+/// Share of a signal's range beyond which it has left the other run: more than rounding, less than
+/// any cause.
+const LEAVE: f64 = 1e-6;
+
 /// Number of equal segments of the time window with a separate RMS each.
 pub const PARTS: usize = 10;
 
@@ -29,10 +33,23 @@ pub struct Drift {
     /// Time of the first excess of each of [`SHARES`] of that range, in the time of the first run
     /// \[s\].
     pub exceeds_at_s: [Option<f64>; 2],
+    /// First excess of a millionth of that range: where the runs part.
+    pub parts: Option<PartingPoint>,
     /// Root mean square over each of ten equal segments of the window.
     pub rms_of_parts: [f64; PARTS],
     /// Growth of those: slope of the least-squares line, in the signal's unit per second.
     pub growth_per_s: f64,
+}
+
+/// Instant at which a signal of two runs parts, and its values there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PartingPoint {
+    /// Time in the first run \[s\].
+    pub at_s: f64,
+    /// Value in the first run, in the signal's unit.
+    pub a: f64,
+    /// Value in the second run.
+    pub b: f64,
 }
 
 /// Values of a signal in both runs at the first and at the last sample of the first run within the
@@ -116,6 +133,13 @@ pub(super) fn drift(a: Samples<'_>, b: Samples<'_>, warp: &Warp, window: [f64; 2
             (drift.max, drift.max_at_s) = (size, time);
         }
         if let Some(range) = range {
+            if size > LEAVE * range {
+                drift.parts.get_or_insert(PartingPoint {
+                    at_s: time,
+                    a: value,
+                    b: other,
+                });
+            }
             for (at, share) in drift.exceeds_at_s.iter_mut().zip(SHARES) {
                 if size > share * range {
                     at.get_or_insert(time);

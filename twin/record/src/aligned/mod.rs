@@ -16,7 +16,7 @@ mod median;
 mod pairing;
 mod warp;
 
-pub use drift::{Drift, Ends, PARTS, SHARES};
+pub use drift::{Drift, Ends, PARTS, PartingPoint, SHARES};
 pub use footstep::RecordedFootstep;
 pub use median::median;
 pub use pairing::{Pairing, Pairings, pair_footsteps};

@@ -109,9 +109,25 @@ pub struct Report {
     /// Reasons for which a strict run fails, although its expectations may hold; none if the run
     /// was not strict.
     pub strict: Option<Vec<String>>,
+    /// Comparison with a baseline, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub against: Option<Against>,
     /// Path of the page of the run, if one was written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub page: Option<String>,
+}
+
+/// Comparison of a run with its baseline.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Against {
+    /// Path of the recording of the baseline.
+    pub baseline: String,
+    /// Whether all differences are within the tolerances.
+    pub same: bool,
+    /// Differences in words, the one by which the runs part first.
+    pub differences: Vec<String>,
+    /// Measured values of the expectations in the baseline, in the order of those of the run.
+    pub measured: Vec<Option<f64>>,
 }
 
 /// Warning, in its serialised form.
@@ -424,6 +440,7 @@ impl Report {
             buses: Vec::new(),
             random: None,
             strict: None,
+            against: None,
             page: None,
         }
     }

@@ -187,6 +187,7 @@ pub(crate) fn judged_report<W: Write>(
         buses,
         random: None,
         strict: None,
+        against: None,
         page: None,
     }
 }

@@ -101,7 +101,7 @@ impl EventDifference {
 
 impl First {
     /// Returns a description: `LF footstep 5: touch-down 7.1 ms later, position differs by 12 mm`.
-    pub(super) fn description(&self) -> String {
+    pub(in super::super) fn description(&self) -> String {
         let leg = &self.leg;
         if self.what != "moved" {
             let number = self.footstep_a.or(self.footstep_b).unwrap_or_default();

@@ -1,0 +1,220 @@
+//! The difference by which two runs part: that which came first, and so is next to its cause.
+//!
+//! Two runs of one scenario are equal bit for bit up to their cause. Within one sample of it, much
+//! else differs a little; what differs by a tenth of its range first is the nearest. Timing and
+//! events come before signals, since they change them.
+
+use twinrig_kernel::{SimTime, signal};
+use twinrig_record::{
+    EventComparison, EventMessage, PartingPoint, Recording, SignalDrift, group_name,
+};
+use twinrig_report::number::quantity;
+use twinrig_runtime::Group;
+
+/// Time after the first difference within which a signal has left with it \[s\].
+const TOGETHER: f64 = 5e-3;
+
+/// Signals that are sums of errors, or totals that every other signal changes.
+const EFFECTS: [&str; 1] = [signal::ENERGY_PREFIX];
+
+/// Returns the difference by which a new run parts from an old one, `in the drives: LF knee/torque at
+/// 0.004 s: …`; none of runs that are equal to a millionth.
+pub fn parting(old: &Recording, new: &Recording, comparison: &EventComparison) -> Option<String> {
+    let signals = signals(&comparison.signals);
+    let before_signals = |at: f64| {
+        signals
+            .as_ref()
+            .is_none_or(|(from, _)| at <= from + TOGETHER)
+    };
+    let timing = timing(old, new).filter(|(at, _)| before_signals(*at));
+    let event = event(old, new).filter(|(at, _)| before_signals(*at));
+    let (_, text) = timing.or(event).or(signals)?;
+    Some(text)
+}
+
+/// Parts of a rig, in the order of cause and effect within an instant.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    Bus,
+    Controller,
+    Drives,
+    Ground,
+    Legs,
+    Trunk,
+    Plant,
+}
+
+impl Part {
+    /// Returns the part that a signal is of.
+    fn of(drift: &SignalDrift) -> Self {
+        if drift.group == group_name(Group::Diagnostics) {
+            return Self::Bus;
+        }
+        if drift.group == group_name(Group::ProcessOutputs) {
+            return Self::Controller;
+        }
+        match signal::parse_leg(&drift.signal) {
+            Some((_, signal::FOOT_FORCE | signal::FOOT_LOAD)) => Self::Ground,
+            Some((_, name)) if ["hip/", "knee/"].iter().any(|it| name.starts_with(it)) => {
+                Self::Drives
+            }
+            Some(_) => Self::Legs,
+            None if drift.signal.starts_with("body/") => Self::Trunk,
+            None => Self::Plant,
+        }
+    }
+
+    fn place(self) -> &'static str {
+        match self {
+            Self::Bus => "on the bus",
+            Self::Controller => "in the controller",
+            Self::Drives => "in the drives",
+            Self::Ground => "at the ground",
+            Self::Legs => "in the legs",
+            Self::Trunk => "at the trunk",
+            Self::Plant => "in the plant",
+        }
+    }
+}
+
+/// Returns up to when the commands are those of the baseline; empty if that says nothing.
+fn commands(drifts: &[SignalDrift], of: &SignalDrift) -> String {
+    let mut commands = drifts
+        .iter()
+        .filter(|it| Part::of(it) == Part::Controller)
+        .peekable();
+    if Part::of(of) <= Part::Controller || commands.peek().is_none() {
+        return String::new();
+    }
+    let parts = commands.filter_map(|drift| drift.plain.parts);
+    match parts.map(|point| point.at_s).reduce(f64::min) {
+        Some(at) => format!("; commands are equal up to {at:.3} s"),
+        None => "; all commands are equal".to_owned(),
+    }
+}
+
+/// Returns the first control step whose outputs have another time.
+fn timing(old: &Recording, new: &Recording) -> Option<(f64, String)> {
+    let times = |recording: &Recording| -> Option<Vec<f64>> {
+        let group = recording.group(group_name(Group::ProcessOutputs))?;
+        let samples = recording.samples(group);
+        Some(samples.map(|sample| sample.time.as_secs_f64()).collect())
+    };
+    let (old, new) = (times(old)?, times(new)?);
+    let mut pairs = old.iter().zip(&new).enumerate();
+    let (step, (was, is)) = pairs.find(|(_, (was, is))| was != is)?;
+    let at = was.min(*is);
+    let text = format!(
+        "in the timing: control step {} ends at {is:.6} s, before at {was:.6} s",
+        step + 1
+    );
+    Some((at, text))
+}
+
+/// Returns the first event that is in one of the runs only.
+fn event(old: &Recording, new: &Recording) -> Option<(f64, String)> {
+    let events = |recording: &Recording| recording.messages::<EventMessage>().unwrap_or_default();
+    let (old, new) = (events(old), events(new));
+    let equal = old
+        .iter()
+        .zip(&new)
+        .take_while(|(old, new)| old == new)
+        .count();
+    let (was, is) = (old.get(equal), new.get(equal));
+    let named = |(at, event): &(SimTime, EventMessage)| {
+        let part = event.part.as_ref();
+        let of = part.map_or_else(String::new, |part| format!(" of {part}"));
+        (
+            at.as_secs_f64(),
+            format!(
+                "in the timing: event \"{}\"{of} at {:.3} s",
+                event.event,
+                at.as_secs_f64()
+            ),
+        )
+    };
+    match (was.map(named), is.map(named)) {
+        (Some((was_at, _)), Some((is_at, text))) if is_at <= was_at => {
+            Some((is_at, format!("{text}, which is new")))
+        }
+        (Some((at, text)), _) => Some((at, format!("{text} of the baseline, which is missing"))),
+        (None, Some((at, text))) => Some((at, format!("{text}, which is new"))),
+        (None, None) => None,
+    }
+}
+
+/// Returns the signal that leaves first, and the legs of which it does.
+fn signals(drifts: &[SignalDrift]) -> Option<(f64, String)> {
+    let is_cause = |drift: &&SignalDrift| !EFFECTS.iter().any(|it| drift.signal.starts_with(it));
+    let left = drifts.iter().filter(is_cause);
+    let left = left.filter_map(|drift| Some((drift, drift.plain.parts?)));
+    let first = left.clone().map(|(_, point)| point.at_s);
+    let first = first.reduce(f64::min)?;
+    let together = left.filter(|(_, point)| point.at_s <= first + TOGETHER);
+    let never = f64::INFINITY;
+    let soonest = |drift: &SignalDrift| {
+        let [little, much] = drift.plain.exceeds_at_s;
+        [much.unwrap_or(never), little.unwrap_or(never)]
+    };
+    // What is upstream of the plant and parts no later than it is the cause, however small.
+    let of_plant = together
+        .clone()
+        .filter(|(drift, _)| Part::of(drift) > Part::Controller);
+    let of_plant = of_plant.map(|(_, point)| point.at_s).fold(never, f64::min);
+    let upstream = |drift: &SignalDrift, at: f64| match Part::of(drift) {
+        Part::Bus => at < of_plant,
+        Part::Controller => at <= of_plant,
+        _ => false,
+    };
+    let rank = |(drift, point): &(&SignalDrift, PartingPoint)| {
+        let [much, little] = soonest(drift);
+        let is_downstream = !upstream(drift, point.at_s);
+        (
+            is_downstream,
+            if is_downstream { much } else { point.at_s },
+            Part::of(drift),
+            little,
+        )
+    };
+    let (drift, point) = together.clone().min_by(|a, b| {
+        let (a, b) = (rank(a), rank(b));
+        let (downstream, first) = (a.0.cmp(&b.0), a.1.total_cmp(&b.1));
+        downstream
+            .then(first)
+            .then(a.2.cmp(&b.2))
+            .then(a.3.total_cmp(&b.3))
+    })?;
+    let [is, was] = [point.b, point.a].map(|value| quantity(value, &drift.unit));
+    let (leg, name) = match signal::parse_leg(&drift.signal) {
+        Some((leg, name)) => (Some(leg), name),
+        None => (None, drift.signal.as_str()),
+    };
+    let component = match drift.components {
+        1 => String::new(),
+        3 => format!(" {}", ["x", "y", "z"][drift.component.min(2)]),
+        _ => format!(" {}", drift.component),
+    };
+    let mut others: Vec<&str> = Vec::new();
+    for (other, _) in together {
+        if let Some((of, other_name)) = signal::parse_leg(&other.signal)
+            && other_name == name
+            && Some(of) != leg
+            && !others.contains(&of)
+        {
+            others.push(of);
+        }
+    }
+    let others = match others.len() {
+        0 => String::new(),
+        _ => format!("; with it {}", others.join(", ")),
+    };
+    let leg = leg.map_or_else(String::new, |leg| format!("{leg} "));
+    let at = point.at_s;
+    let (part, commands) = (Part::of(drift).place(), commands(drifts, drift));
+    Some((
+        first,
+        format!(
+            "{part}: {leg}{name}{component} at {at:.3} s: {is}, before {was}{others}{commands}"
+        ),
+    ))
+}
