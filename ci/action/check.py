@@ -37,6 +37,40 @@ signal = { name = "body/position", component = "z", always = { min = "100 mm" } 
 """
 
 
+# A board that is silent from an instant on, which ends the run before most of it is judged.
+DEAD = """
+robot = "oncilla"
+duration = "2 s"
+
+[plant]
+model = "massless"
+ground = {}
+
+[actuator]
+kind = "motor"
+
+[[bus]]
+kind = "sbcp"
+
+[controller]
+kind = "stand"
+period = "2 ms"
+
+[[fault]]
+at = "700 ms"
+on = "wire/sbcp/LF"
+kind = "unplug"
+
+[[expect]]
+name = "does not fall"
+body = { fall = false }
+
+[[expect]]
+name = "stays above a height"
+signal = { name = "body/position", component = "z", always = { min = "100 mm" } }
+"""
+
+
 class Runner:
     """Runs the steps of the action as GitHub does, in a folder with two scenarios."""
 
@@ -45,6 +79,8 @@ class Runner:
         (folder / "tests").mkdir()
         (folder / "tests/one.toml").write_text(SCENARIO)
         (folder / "tests/two.toml").write_text(SCENARIO.replace("100 mm", "1 m"))
+        (folder / "boards").mkdir()
+        (folder / "boards/dead.toml").write_text(DEAD)
         self.action = YAML(typ="safe").load(ACTION.read_text())
         self.values = {
             f"inputs.{name}": entry.get("default", "")
@@ -106,6 +142,24 @@ def check(expected, message, wanted=(None,), **inputs):
         assert message in runner.summary.read_text()
         annotation = "::error file=tests/two.toml,line=14::stays above a height: 0.14 m is not ≥"
         assert (annotation in runner.text) == bool(expected), runner.text
+        # The page of the failure, and the command that repeats it.
+        pages = [file.name for file in junit.parent.glob("recordings/*.html")]
+        assert pages == ["two-seed1.html"] * expected, pages
+        summary = runner.summary.read_text()
+        assert ("- page: `recordings/two-seed1.html`" in summary) == bool(expected), summary
+        assert ("- repeat: `twin run tests/two.toml" in summary) == bool(expected), summary
+
+
+def check_error(program):
+    """The cause of a run that ends by an error is annotated, and no expectation that it left
+    unobserved."""
+    with tempfile.TemporaryDirectory() as name:
+        runner = Runner(Path(name), scenarios="boards/dead.toml", program=program)
+        code = runner.run((None,))
+        annotations = [it for it in runner.text.splitlines() if it.startswith("::error")]
+        assert code == 2 and len(annotations) == 1, runner.text
+        assert annotations[0].startswith("::error file=boards/dead.toml::"), annotations
+        assert "board LF (id 1): silent" in annotations[0], annotations
 
 
 def check_schema(name, file):
@@ -134,6 +188,7 @@ def main():
     check(1, "FAIL", scenarios="tests/*.toml", program=program)
     check(1, "no match", scenarios="tests/three*.toml", program=program)
     check(2, "one.tml", scenarios="tests/one.tml", program=program)
+    check_error(program)
     built = "inputs.program == ''"
     check(0, "", wanted=(built,), features="rapier,other")
     check(2, "builds no MuJoCo", wanted=(built,), features="rapier,mujoco")
