@@ -1,7 +1,8 @@
 // The time that everything on the page shows, of the first run; the second is aligned with it.
 
 class Clock {
-  constructor(end, events) {
+  constructor(start, end, events) {
+    this.start = start;
     this.end = end;
     this.events = events;
     this.now = 0;
@@ -16,7 +17,7 @@ class Clock {
   }
 
   set(t) {
-    this.now = Math.min(Math.max(t, 0), this.end);
+    this.now = Math.min(Math.max(t, this.start), this.end);
     for (const listener of this.listeners) listener(this.now);
   }
 
@@ -26,7 +27,7 @@ class Clock {
 
   play() {
     if (this.isPlaying) return;
-    if (this.now >= this.end) this.set(0);
+    if (this.now >= this.end) this.set(this.start);
     let last = performance.now();
     const next = (at) => {
       this.frame = requestAnimationFrame(next);
@@ -60,7 +61,7 @@ class Clock {
         ? this.events.find((event) => event.at > this.now + apart)
         : this.events.findLast((event) => event.at < this.now - apart);
     if (next) this.set(next.at);
-    else this.set(direction > 0 ? this.end : 0);
+    else this.set(direction > 0 ? this.end : this.start);
     return next ?? null;
   }
 }
@@ -92,7 +93,19 @@ function unaligned(index, t) {
 // Events of all runs at the times of the first: touch-downs, faults, changes, violations, the end.
 const events = data.runs
   .flatMap((run, index) =>
-    run.incidents.map((incident) => ({ ...incident, run: index, at: unaligned(index, incident.at) })),
+    run.incidents.map((incident) => ({
+      ...incident,
+      run: index,
+      own: incident.at,
+      at: unaligned(index, incident.at),
+    })),
   )
   .sort((a, b) => a.at - b.at);
-const clock = new Clock(data.runs[0].end, events);
+const ends = data.runs.map((run, index) => [unaligned(index, 0), unaligned(index, run.end)]);
+const clock = new Clock(Math.min(...ends.map(([from]) => from)), Math.max(...ends.map(([, to]) => to)), events);
+
+// Text of an instant, in the times of both runs.
+function instantText(t) {
+  const own = `${t.toFixed(3)} s`;
+  return data.runs.length > 1 ? `A ${own} · B ${aligned(1, t).toFixed(3)} s` : own;
+}

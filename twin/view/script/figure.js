@@ -65,7 +65,7 @@ const VIEWS = {
 const CAPTIONS = {
   side: "from the right; left legs are dashed",
   top: "from above, forward to the right",
-  perspective: "lines on the ground every 0.1 m; arrows: forces on the feet, pushes in red",
+  perspective: "lines on the ground every 0.1 m; arrows: forces on the feet",
 };
 
 // Colour of a leg by its index; names, dashes and positions tell them apart as well.
@@ -77,10 +77,11 @@ class Figure {
     this.index = index;
     this.view = view;
     this.canvas = make("canvas", { class: "figure", "data-view": view });
+    const pushed = run.figure.push || run.figure.legs.some((leg) => leg.push);
     this.element = make(
       "figure",
       { class: "robot" },
-      make("figcaption", {}, `${data.runs.length > 1 ? `${"AB"[index]}: ` : ""}${CAPTIONS[view]}`),
+      make("figcaption", {}, `${data.runs.length > 1 ? `${"AB"[index]}: ` : ""}${CAPTIONS[view]}${view === "perspective" && pushed ? ", pushes in red" : ""}`),
       this.canvas,
     );
     const figure = run.figure;

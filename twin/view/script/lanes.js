@@ -34,8 +34,9 @@ class Lanes {
   }
 
   get #window() {
-    if (!this.span) return [0, clock.end];
-    const from = Math.min(Math.max(clock.now - this.span / 2, 0), Math.max(clock.end - this.span, 0));
+    if (!this.span) return [clock.start, clock.end];
+    const last = Math.max(clock.end - this.span, clock.start);
+    const from = Math.min(Math.max(clock.now - this.span / 2, clock.start), last);
     return [from, from + this.span];
   }
 

@@ -20,11 +20,13 @@ function stage(host) {
     views.append(make("p", { class: "soft" }, "The run has no coordinate frames, so that there is no figure of a robot."));
   }
   const walks = data.runs.some((run) => run.gait.length);
-  const span = 1.5;
-  if (walks && clock.end > 2 * span) lanes.push(new Lanes("gait around the instant", span));
+  const near = 1.5;
+  if (walks && clock.end > 2 * near) lanes.push(new Lanes("gait around the instant", near));
   if (walks) lanes.push(new Lanes("gait of the whole run: filled contact, outlined footstep", null));
   else if (events.length) lanes.push(new Lanes("events of the run", null));
-  host.append(views, ...lanes.map((it) => it.element), legend(), controls());
+  const aligned = "B is aligned with A by its footsteps; its instants are those of its own time.";
+  host.append(views, controls(), ...lanes.map((it) => it.element), legend());
+  if (data.runs.length > 1) host.append(make("p", { class: "soft" }, aligned));
 }
 
 function legend() {
@@ -44,7 +46,7 @@ function controls() {
   const slider = make("input", {
     type: "range",
     id: "slider",
-    min: 0,
+    min: clock.start,
     max: clock.end,
     step: "any",
     "aria-label": "Instant",
@@ -59,11 +61,13 @@ function controls() {
   clock.speed = Number(speed.value);
   clock.listen((now) => {
     slider.value = now;
-    slider.setAttribute("aria-valuetext", `${now.toFixed(3)} s`);
-    time.textContent = `${now.toFixed(3)} s`;
+    slider.setAttribute("aria-valuetext", instantText(now));
+    time.textContent = instantText(now);
     play.textContent = clock.isPlaying ? "❚❚" : "▶";
     const last = clock.events.findLast((it) => it.at <= now + 1e-6);
-    event.textContent = last ? `${last.at.toFixed(3)} s: ${last.text}` : "";
+    const mark = last && data.runs.length > 1 ? `${"AB"[last.run]} ` : "";
+    event.textContent = last ? `${mark}${last.own.toFixed(3)} s: ${last.text}` : "";
+    event.title = event.textContent;
   });
   return make(
     "div",
@@ -84,7 +88,7 @@ const KEYS = {
   ".": () => clock.step(1),
   ArrowLeft: (event) => clock.set(clock.now - (event.shiftKey ? 0.1 : 0.005)),
   ArrowRight: (event) => clock.set(clock.now + (event.shiftKey ? 0.1 : 0.005)),
-  Home: () => clock.set(0),
+  Home: () => clock.set(clock.start),
   End: () => clock.set(clock.end),
 };
 

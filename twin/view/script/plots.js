@@ -151,37 +151,41 @@ class Course {
   }
 
   show(number) {
-    const chosen = data.runs.map((run) => run.judged.expectations[number]).filter(Boolean);
-    const [first] = chosen;
+    const chosen = data.runs.map((run) => run.judged.expectations[number]);
+    const first = chosen[data.open[0]] ?? chosen[0];
     if (!first) return;
     discard(this.plot);
+    this.plot = null;
     const { factor, unit } = inUnit(first.unit);
     const tables = data.runs.map((run, index) => {
-      const expected = run.judged.expectations[number];
-      if (!expected?.course || !run.judged.times) return null;
+      const expected = chosen[index];
+      // A fall is measured as a height, or as an angle.
+      if (!expected?.course || !run.judged.times || expected.unit !== first.unit) return null;
       const times = numbers(run.judged.times).map((t) => unaligned(index, t));
       return [times, scaled(numbers(expected.course), factor)];
     });
     this.title.textContent = first.name;
-    const at = first.at === null ? "" : ` Decisive instant: ${first.at.toFixed(4)} s.`;
-    const measured = `Measured: ${quantity(first.measured, first.unit)}.`;
-    const detail = first.detail ? ` ${first.detail}.` : "";
-    this.text.textContent = `${first.verdict}. ${measured}${at}${detail}`;
+    const text = (expected, index) => {
+      const mark = data.runs.length > 1 ? `${"AB"[index]}: ` : "";
+      const at = expected.at === null ? "" : ` at ${expected.at.toFixed(4)} s`;
+      const detail = expected.detail ? ` (${expected.detail})` : "";
+      return `${mark}${expected.verdict}, measured ${quantity(expected.measured, expected.unit)}${at}${detail}.`;
+    };
+    this.text.textContent = chosen.map((it, index) => (it ? text(it, index) : "")).join(" ");
     const known = tables.map((table, index) => [table, index]).filter(([table]) => table);
     if (known.length === 0) {
       this.text.textContent += " Its value over time is known of repeated runs only.";
       return;
     }
     this.text.textContent +=
-      " Plotted: the measured value if the scenario had ended at that instant; dashed: bounds.";
+      " Plotted: the measured value if the scenario had ended at that instant; red: bounds.";
     const limits = [first.min, first.max].filter((it) => it !== null).map((it) => it * factor);
     this.plot = timePlot(this.area, {
       rows: joined(known.map(([table]) => table)),
       series: known.map(([, index]) => ({
         label: data.runs.length > 1 ? `${"AB"[index]} measured` : "measured",
         unit,
-        style: colour(`--c${index}`),
-        dash: index ? [7, 4] : undefined,
+        style: colour(index ? "--c6" : "--c0"),
         spanGaps: false,
       })),
       bounds: limits.map((value) => ({ unit, value })),
@@ -241,6 +245,7 @@ class Signals {
       type: "search",
       list: "signal-names",
       placeholder: "add a signal by name",
+      title: "Drag over a plot to enlarge a time; double-click to see all",
       "aria-label": "Signal to add",
       onchange: () => this.#add(this.search.value),
     });
@@ -258,8 +263,18 @@ class Signals {
     host.append(
       make("figure", {}, make("div", { class: "chips" }, ...buttons, reset, this.search, names), this.chips, this.area),
     );
+    const parted = data.signals.filter((name) => curves.has(name));
     const first = sets.find(([, members]) => members.length)?.[1] ?? [...curves.keys()].slice(0, 1);
-    this.show(first.slice(0, 8));
+    this.show((parted.length ? parted : first).slice(0, 8));
+    this.#enlarge();
+  }
+
+  // Opens a long run around its instant.
+  #enlarge() {
+    const [near, middle] = [0.75, unaligned(...data.open)];
+    if (clock.end - clock.start < 4 || !this.plot) return;
+    const from = Math.min(Math.max(middle - near, clock.start), clock.end - 2 * near);
+    this.plot.setScale("x", { min: from, max: from + 2 * near });
   }
 
   show(names) {
@@ -267,8 +282,14 @@ class Signals {
     this.#draw();
   }
 
-  #add(name) {
-    if (!curves.has(name)) return;
+  // Components are also known by their numbers, as expectations name them: body/position[2].
+  #add(text) {
+    const [, signal, number] = text.match(/^(.*)\[(\d)\]$/) ?? [null, text, 0];
+    const of = [signal, ..."wxyz", ..."0123"].map((it, i) => (i ? `${signal}.${it}` : it));
+    const name = curves.has(text) ? text : of.filter((it) => curves.has(it))[Number(number)];
+    this.search.setCustomValidity(name || !text ? "" : `There is no signal ${text} on this page.`);
+    this.search.reportValidity();
+    if (!name) return;
     this.search.value = "";
     if (!this.chosen.includes(name)) this.show([...this.chosen, name]);
   }
@@ -292,11 +313,19 @@ class Signals {
     shown.forEach((name, i) => {
       const { unit: symbol, of } = curves.get(name);
       const { factor, unit } = inUnit(symbol);
+      const [base] = of;
       const pair = of.map((curve, index) => {
         if (!curve) return null;
         const times = numbers(curve.times);
-        tables.push([index ? times.map((t) => unaligned(index, t)) : times, scaled(numbers(curve.column), factor)]);
-        const mark = data.runs.length > 1 ? `${"AB"[index]} ` : "";
+        const values = scaled(numbers(curve.column), factor);
+        if (index && base) {
+          // At the times of the first run, so that both have a value at each.
+          const at = numbers(base.times);
+          tables.push([at, resampled(times, values, at.map((t) => aligned(index, t)))]);
+        } else {
+          tables.push([index ? times.map((t) => unaligned(index, t)) : times, values]);
+        }
+        const mark = data.runs.length > 1 ? ["A ", "B (dashed) "][index] : "";
         series.push({ label: mark + name, unit, style: colour(`--c${i % 8}`), dash: index ? [6, 4] : undefined, spanGaps: true });
         return series.length;
       });
@@ -304,6 +333,18 @@ class Signals {
     });
     this.plot = timePlot(this.area, { rows: joined(merged(tables)), series, shade, height: 300 });
   }
+}
+
+// Returns values at the times `at`, linear between samples; nothing outside of them.
+function resampled(times, values, at) {
+  const end = times[times.length - 1];
+  return at.map((t) => {
+    if (t < times[0] || t > end) return null;
+    const i = indexAt(times, t);
+    const j = Math.min(i + 1, times.length - 1);
+    if (values[i] === null || values[j] === null || i === j) return values[i];
+    return values[i] + ((t - times[i]) / (times[j] - times[i])) * (values[j] - values[i]);
+  });
 }
 
 // Tables over the same times as one, which need no join.

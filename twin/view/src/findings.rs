@@ -25,9 +25,6 @@ pub(crate) fn findings((number, run): (usize, &Run<'_>)) -> Vec<Block> {
     if let Some(tracking) = tracking.filter(|it| it.legs.iter().any(|leg| !leg.drives.is_empty())) {
         blocks.push(Block::Table(drives(number, tracking)));
     }
-    if !blocks.is_empty() {
-        blocks.insert(0, Block::heading("Findings"));
-    }
     blocks
 }
 
@@ -41,7 +38,7 @@ fn drives(run: usize, tracking: &TrackingReport) -> Table {
     let mut table = Table::new([
         Column::label("leg"),
         Column::label("drive"),
-        Column::text(format!("command less position, rms{part}")),
+        Column::text(format!("tracking error, rms{part}")),
         Column::text("greatest"),
         Column::text("at"),
         Column::text("at its limit of torque and speed"),

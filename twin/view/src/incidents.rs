@@ -65,6 +65,12 @@ impl Incident {
         }
     }
 
+    /// Returns a push, fault or change in words, with its instant; none of what is not planned.
+    pub(crate) fn planned(&self) -> Option<String> {
+        let is_planned = matches!(self.kind, Kind::Push | Kind::Fault | Kind::Change);
+        is_planned.then(|| format!("{} at {:.3} s", self.text, self.at))
+    }
+
     /// Returns whether it is more than a step of the gait.
     pub(crate) fn is_notable(&self) -> bool {
         self.kind != Kind::TouchDown
@@ -101,7 +107,7 @@ pub(crate) fn incidents(
             let at = outcome.first_violation_s.or(outcome.instant_s)?;
             Some(Incident {
                 leg: outcome.leg.clone(),
-                ..Incident::new(Kind::Violation, at, &outcome.name)
+                ..Incident::new(Kind::Violation, at, format!("violated: {}", outcome.name))
             })
         }));
         if let Some(error) = &verdict.error {

@@ -19,6 +19,7 @@
 //! | `figure` | poses, forces and ground over time |
 //! | `gait` | footsteps and contacts |
 //! | `incidents` | instants and intervals: pushes, faults, changes, events |
+//! | `files` | lines of the input files in which two runs differ |
 //! | `findings` | warnings, drives beside their commands |
 //! | `judged` | expectations over time |
 //! | `link` | links of tables to instants |
@@ -40,6 +41,7 @@
 mod columns;
 mod decimated;
 mod figure;
+mod files;
 mod findings;
 mod gait;
 mod incidents;
@@ -54,5 +56,5 @@ mod timing;
 mod wires;
 
 pub use page::{Page, page};
-pub use parting::parting;
+pub use parting::{Parting, parting};
 pub use run::Run;

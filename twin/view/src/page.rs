@@ -3,18 +3,20 @@
 use std::io;
 
 use serde::Serialize;
-use twinrig_record::{RecordError, VerdictMessage};
+use twinrig_kernel::signal;
+use twinrig_record::{ExpectationMessage, RecordError, VerdictMessage};
 use twinrig_report::number::{percent, quantity};
 use twinrig_report::page::{self, Block, Script, Term};
 use twinrig_report::table::{Column, Table};
 
 use crate::columns::{Columns, packed};
 use crate::figure::Figure;
+use crate::files::differing_lines;
 use crate::findings::findings;
 use crate::gait::{LegGait, gait};
 use crate::incidents::{Incident, first_line, incidents};
 use crate::judged::{self, Judged, decisive, fails};
-use crate::link::instant;
+use crate::link::{component_name, instant};
 use crate::pair::{Compared, Pair, compared};
 use crate::run::Run;
 use crate::signals::{Group, signals};
@@ -54,6 +56,8 @@ struct Data {
     pair: Option<Pair>,
     /// Index of a run, and its instant at which the page opens \[s\].
     open: (usize, f64),
+    /// Signals that are plotted first; empty for those of a set.
+    signals: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -98,8 +102,9 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
     });
     let open = opening.next_back().unwrap_or_default();
     let mut terms = Vec::new();
-    for run in runs {
-        terms.extend(run_terms(run));
+    for (run, mark) in runs.iter().zip(["A: ", "B: "]) {
+        let mark = if runs.len() > 1 { mark } else { "" };
+        terms.extend(run_terms(run, mark));
     }
     terms.push(Term::code("command", command));
     terms.push(Term::text("numbers", rounding(&data)));
@@ -109,11 +114,15 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
             _ => "Comparison of two runs".to_owned(),
         },
         title: title(runs),
-        headline: headline(&verdicts, compared.as_ref()),
+        headline: headline(&verdicts, compared.as_ref(), &done_to_b_alone(&data)),
         blocks,
         terms,
     };
+    let parted = compared
+        .as_ref()
+        .and_then(|it| it.parting.as_ref()?.signal.as_ref());
     let data = Data {
+        signals: parted.map_or_else(Vec::new, |parted| of_all_legs(&data, parted)),
         runs: data,
         pair: compared.map(|it| it.pair),
         open,
@@ -123,6 +132,24 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
         html: page.html_with(STYLE, &scripts),
         opened_at_s: open.1,
     })
+}
+
+/// Returns the names of a component of a signal, of every leg if it is of one.
+fn of_all_legs(data: &[RunData], (name, component): &(String, usize)) -> Vec<String> {
+    let of_leg = |name: &str| signal::parse_leg(name).map(|(_, name)| name.to_owned());
+    let alike = |other: &str| match of_leg(name) {
+        Some(name) => of_leg(other) == Some(name),
+        None => other == name,
+    };
+    let groups = data.iter().flat_map(|run| &run.groups);
+    let signals = groups.flat_map(Group::signals);
+    let signals = signals.filter(|(other, _)| alike(other));
+    let mut names: Vec<String> = signals
+        .map(|(other, components)| component_name(other, components, *component))
+        .collect();
+    names.sort();
+    names.dedup();
+    names
 }
 
 fn scripts(data: &Data, columns: &Columns) -> io::Result<[Script; 4]> {
@@ -172,6 +199,20 @@ impl RunData {
     }
 }
 
+/// Returns what is done to the second run and not to the first, in words.
+fn done_to_b_alone(data: &[RunData]) -> Vec<String> {
+    let [a, b] = data else {
+        return Vec::new();
+    };
+    let planned = |run: &RunData| -> Vec<String> {
+        let planned = run.incidents.iter().filter_map(Incident::planned);
+        planned.collect()
+    };
+    let in_a = planned(a);
+    let in_b = planned(b).into_iter();
+    in_b.filter(|it| !in_a.contains(it)).collect()
+}
+
 fn title(runs: &[Run<'_>]) -> String {
     let names: Vec<&str> = runs.iter().map(Run::name).collect();
     match *names {
@@ -190,45 +231,56 @@ fn opening(run: &Run<'_>, verdict: &VerdictMessage) -> Option<f64> {
     failed.filter_map(decisive).reduce(f64::min)
 }
 
-/// Returns the result of the runs in a sentence each.
-fn headline(verdicts: &[Option<VerdictMessage>], compared: Option<&Compared>) -> String {
-    let of = |verdict: &Option<VerdictMessage>| {
-        let Some(verdict) = verdict else {
-            return "The recording was cut off, so that there is no verdict.".to_owned();
-        };
-        if let Some(error) = &verdict.error {
-            return format!("ERROR: {}", first_line(error));
-        }
-        let all = &verdict.expectations;
-        let held = all.iter().filter(|it| !fails(it)).count();
-        let count = match all.len() {
-            0 => "no expectations".to_owned(),
-            1 => format!("{held} of 1 expectation holds"),
-            all => format!("{held} of {all} expectations hold"),
-        };
-        let failed = all.iter().filter(|it| fails(it));
-        let first = failed.min_by(|a, b| {
-            let at = |it| decisive(it).unwrap_or(f64::INFINITY);
-            at(a).total_cmp(&at(b))
-        });
-        let first = first.map_or_else(String::new, |first| match decisive(first) {
-            Some(at) => format!("; first at {at:.3} s: {}", first.name),
-            None => format!("; {}", first.name),
-        });
-        format!("{}: {count}{first}.", verdict.verdict.to_uppercase())
+/// Returns the difference of two runs in a sentence, and the result of each run in one; `new` is
+/// done to the second run alone.
+fn headline(
+    verdicts: &[Option<VerdictMessage>],
+    compared: Option<&Compared>,
+    new: &[String],
+) -> String {
+    let sentences: Vec<String> = verdicts.iter().map(|it| result(it.as_ref())).collect();
+    let (Some(compared), [a, b]) = (compared, &*sentences) else {
+        return sentences.concat();
     };
-    let sentences: Vec<String> = verdicts.iter().map(of).collect();
-    match &*sentences {
-        [a, b] => {
-            let parting = compared.and_then(|it| it.parting.as_ref());
-            let parting = parting.map_or_else(
-                || " The runs are equal.".to_owned(),
-                |it| format!(" B parts from A {it}."),
-            );
-            format!("A: {a} B: {b}{parting}")
-        }
-        _ => sentences.concat(),
+    let first = match (&compared.parting, new) {
+        (_, [first, ..]) => format!("B has what A has not: {first}."),
+        (Some(parting), _) => format!("B first differs from A {}.", parting.text),
+        (None, _) => "B equals A as far as both go.".to_owned(),
+    };
+    format!("{first} A: {a} B: {b}")
+}
+
+/// Returns the result of a run in a sentence.
+fn result(verdict: Option<&VerdictMessage>) -> String {
+    let Some(verdict) = verdict else {
+        return "The recording was cut off, so that there is no verdict.".to_owned();
+    };
+    if let Some(error) = &verdict.error {
+        return format!("ERROR: {}.", first_line(error));
     }
+    let all = &verdict.expectations;
+    let held = all.iter().filter(|it| !fails(it)).count();
+    let unobserved = |it: &&ExpectationMessage| fails(it) && it.verdict == "unobserved";
+    let unobserved = all.iter().filter(unobserved).count();
+    let counts = match all.len() {
+        0 => "no expectations".to_owned(),
+        1 => format!("{held} of 1 expectation holds"),
+        all => format!("{held} of {all} expectations hold"),
+    };
+    let counts = match unobserved {
+        0 => counts,
+        _ => format!("{counts}, {unobserved} are unobserved"),
+    };
+    let failed = all.iter().filter(|it| fails(it));
+    let first = failed.min_by(|a, b| {
+        let at = |it| decisive(it).unwrap_or(f64::INFINITY);
+        at(a).total_cmp(&at(b))
+    });
+    let first = first.map_or_else(String::new, |first| match decisive(first) {
+        Some(at) => format!("; first violated at {at:.3} s: {}", first.name),
+        None => format!("; violated: {}", first.name),
+    });
+    format!("{}: {counts}{first}.", verdict.verdict.to_uppercase())
 }
 
 fn blocks(
@@ -242,24 +294,32 @@ fn blocks(
         label: "The robot over time, its gait, and a slider of time. The tables below have the \
                 footsteps and instants.",
     }];
-    if let Some(compared) = compared {
-        blocks.push(Block::heading("Differences"));
-        blocks.extend(compared.tables.iter().cloned().map(Block::Table));
+    if let (Some(compared), [a, b]) = (compared, runs) {
+        let files = differing_lines([a.recorded(), b.recorded()]);
+        let tables = compared.tables.iter().cloned().chain([files]);
+        let tables: Vec<Table> = tables.filter(|table| !table.is_empty()).collect();
+        if !tables.is_empty() {
+            blocks.push(Block::heading("Differences"));
+            blocks.extend(tables.into_iter().map(Block::Table));
+        }
     }
     let has = |is: fn(&RunData) -> bool| data.iter().any(is);
-    let mut judged = verdicts.iter().flatten();
-    if judged.any(|it| !it.expectations.is_empty()) {
-        blocks.push(Block::heading("Expectations"));
-        for (number, verdict) in verdicts.iter().enumerate() {
-            let table = verdict.as_ref().map(|it| judged::table(number, it));
-            blocks.extend(table.filter(|it| !it.is_empty()).map(Block::Table));
-        }
+    let judged = verdicts.iter().enumerate().map(|(number, verdict)| {
+        let table = verdict.as_ref().map(|it| judged::table(number, it));
+        let table = table.filter(|it| !it.is_empty());
+        table.map(Block::Table).into_iter().collect()
+    });
+    let judged = section("Expectations", judged.collect());
+    let is_judged = !judged.is_empty();
+    blocks.extend(judged);
+    if is_judged {
         blocks.push(Block::Live {
             id: "course",
             label: "Measured value of the selected expectation over time, with its bounds",
         });
     }
-    blocks.extend(runs.iter().enumerate().flat_map(findings));
+    let found = runs.iter().enumerate().map(findings);
+    blocks.extend(section("Findings", found.collect()));
     blocks.push(Block::heading("Signals"));
     blocks.push(Block::Live {
         id: "signals",
@@ -284,16 +344,44 @@ fn blocks(
         blocks.push(Block::heading("Footsteps"));
         blocks.extend(footsteps(data));
     }
-    for run in runs {
-        blocks.extend(energy(run));
-        blocks.extend(left_out(run));
+    blocks.extend(section("Energy", runs.iter().map(energy).collect()));
+    let mut omitted: Vec<Vec<Block>> = runs.iter().map(left_out).collect();
+    let lists = runs
+        .iter()
+        .map(|run| run.assembly().map(|it| &it.scene().left_out));
+    let lists: Vec<_> = lists.collect();
+    // Equal ones are shown once.
+    if lists.windows(2).all(|pair| pair[0] == pair[1]) {
+        omitted.truncate(1);
     }
+    blocks.extend(section("Left out", omitted));
     blocks
 }
 
 /// Returns the names of the runs in tables; empty for a single one.
 fn marks(data: &[RunData]) -> [&'static str; 2] {
     if data.len() > 1 { ["A", "B"] } else { [""; 2] }
+}
+
+/// Returns a section with the parts of each run; of two, with their names, and the second first,
+/// which is the one in question. Nothing if there are none.
+fn section(heading: &str, parts: Vec<Vec<Block>>) -> Vec<Block> {
+    let are_two = parts.len() > 1;
+    let named = parts.into_iter().zip(["A", "B"]);
+    let named = named.filter(|(blocks, _)| !blocks.is_empty());
+    let mut named: Vec<Vec<Block>> = named
+        .map(|(blocks, name)| {
+            let name = are_two.then(|| Block::subheading(name));
+            name.into_iter().chain(blocks).collect()
+        })
+        .collect();
+    if named.is_empty() {
+        return Vec::new();
+    }
+    named.reverse();
+    std::iter::once(Block::heading(heading))
+        .chain(named.concat())
+        .collect()
 }
 
 fn timing_table(data: &[RunData]) -> Table {
@@ -389,7 +477,7 @@ fn energy(run: &Run<'_>) -> Vec<Block> {
             percent(value / energy.exchanged_j).into(),
         ]);
     }
-    vec![Block::heading("Energy"), Block::Table(table)]
+    vec![Block::Table(table)]
 }
 
 /// Returns the parts that are left out of a run; none if they are not known.
@@ -402,12 +490,13 @@ fn left_out(run: &Run<'_>) -> Vec<Block> {
     for part in left_out {
         table.row([part.part.as_str().into(), part.why.as_str().into()]);
     }
-    vec![Block::heading("Left out"), Block::Table(table)]
+    vec![Block::Table(table)]
 }
 
-fn run_terms(run: &Run<'_>) -> Vec<Term> {
+/// Returns the data that repeat a run, with `mark` before their names.
+fn run_terms(run: &Run<'_>, mark: &str) -> Vec<Term> {
     let recorded = run.recorded();
-    let mut terms = vec![Term::code("recording", &run.path)];
+    let mut terms = vec![Term::code(format!("{mark}recording"), &run.path)];
     for (key, name) in [
         ("scenario_file", "scenario"),
         ("robot_file", "robot"),
@@ -419,18 +508,21 @@ fn run_terms(run: &Run<'_>) -> Vec<Term> {
         let value = recorded
             .note(key)
             .filter(|value| !["", "[]"].contains(value));
-        terms.extend(value.map(|value| Term::code(name, value)));
+        terms.extend(value.map(|value| Term::code(format!("{mark}{name}"), value)));
     }
     if let Some(fingerprint) = recorded.fingerprint() {
-        terms.push(Term::code("fingerprint", fingerprint));
+        terms.push(Term::code(format!("{mark}fingerprint"), fingerprint));
     }
     terms.push(Term::text(
-        "source",
+        format!("{mark}source"),
         match run.is_repeated() {
             Ok(()) => "the run was repeated with all signals and bytes; the repetition has the \
                        recorded fingerprint"
                 .to_owned(),
-            Err(why) => format!("the recording alone, which was not repeated: {why}"),
+            Err(why) => format!(
+                "the recording alone, without values of expectations on the way, findings and \
+                 energy: it was not repeated: {why}"
+            ),
         },
     ));
     terms

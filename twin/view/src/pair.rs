@@ -1,12 +1,13 @@
 //! Two runs, aligned by their footsteps.
 
 use serde::Serialize;
+use twinrig_kernel::signal;
 use twinrig_record::{LegFootsteps, RecordError, SHARES, SignalDrift, compare_events};
 use twinrig_report::number::{percent, quantity};
 use twinrig_report::table::{Cell, Column, Table};
 
-use crate::link::instant;
-use crate::parting::parting;
+use crate::link::{component_name, instant};
+use crate::parting::{Parting, parting};
 use crate::run::Run;
 
 /// Alignment of two runs.
@@ -23,7 +24,7 @@ const SHOWN: usize = 40;
 pub(crate) struct Compared {
     pub(crate) pair: Pair,
     /// The difference by which the second run parts from the first.
-    pub(crate) parting: Option<String>,
+    pub(crate) parting: Option<Parting>,
     /// Footsteps, and signals by the instant at which they part.
     pub(crate) tables: [Table; 2],
 }
@@ -39,7 +40,7 @@ pub(crate) fn compared(runs: [&Run<'_>; 2]) -> Result<Compared, RecordError> {
     let pair = Pair {
         knots: most.map_or_else(Vec::new, knots),
     };
-    let parting = parting(a.shown(), b.shown(), &comparison);
+    let parting = parting(a.shown(), b.shown(), &comparison, "A");
     Ok(Compared {
         pair,
         parting,
@@ -66,9 +67,9 @@ fn footsteps(legs: &[LegFootsteps]) -> Table {
         Column::number("footsteps of A"),
         Column::number("footsteps of B"),
         Column::number("pairs"),
-        Column::number("greatest difference of touch-downs").in_unit("s"),
+        Column::number("touch-downs of B later by, at most").in_unit("s"),
         Column::text("at"),
-        Column::number("greatest distance of places").in_unit("m"),
+        Column::number("distance of places, at most").in_unit("m"),
         Column::text("at"),
     ]);
     for leg in legs {
@@ -112,7 +113,11 @@ fn signals(mut signals: Vec<SignalDrift>) -> Table {
         let [little, much] = drift.aligned.exceeds_at_s;
         [much, little].map(|at| at.unwrap_or(f64::INFINITY))
     };
-    signals.retain(|drift| drift.aligned.exceeds_at_s[0].is_some());
+    let is_shown = |drift: &SignalDrift| {
+        let differs = drift.aligned.exceeds_at_s[0].is_some();
+        differs && !drift.signal.starts_with(signal::ENERGY_PREFIX)
+    };
+    signals.retain(is_shown);
     signals.sort_by(|x, y| {
         let ([x, x_little], [y, y_little]) = (onset(x), onset(y));
         x.total_cmp(&y).then(x_little.total_cmp(&y_little))
@@ -127,10 +132,7 @@ fn signals(mut signals: Vec<SignalDrift>) -> Table {
         Column::text("at"),
     ]);
     for drift in signals.iter().take(SHOWN) {
-        let name = match drift.components {
-            1 => drift.signal.clone(),
-            _ => format!("{}[{}]", drift.signal, drift.component),
-        };
+        let name = component_name(&drift.signal, drift.components, drift.component);
         let at = |at: Option<f64>| at.map_or_else(Cell::empty, |at| instant(0, at));
         let [little, much] = drift.aligned.exceeds_at_s;
         table.row([

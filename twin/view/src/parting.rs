@@ -17,19 +17,33 @@ const TOGETHER: f64 = 5e-3;
 /// Signals that are sums of errors, or totals that every other signal changes.
 const EFFECTS: [&str; 1] = [signal::ENERGY_PREFIX];
 
-/// Returns the difference by which a new run parts from an old one, `in the drives: LF knee/torque at
-/// 0.004 s: …`; none of runs that are equal to a millionth.
-pub fn parting(old: &Recording, new: &Recording, comparison: &EventComparison) -> Option<String> {
-    let signals = signals(&comparison.signals);
-    let before_signals = |at: f64| {
-        signals
-            .as_ref()
-            .is_none_or(|(from, _)| at <= from + TOGETHER)
+/// The difference by which two runs part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parting {
+    /// Instant \[s\].
+    pub at_s: f64,
+    /// In words: `in the drives: LF knee/torque at 0.004 s: 782 mN·m, 919 mN·m in A`.
+    pub text: String,
+    /// Name of the signal and of its component, if it is one.
+    pub signal: Option<(String, usize)>,
+}
+
+/// Returns the difference by which a new run parts from an old one, which is called `old_name`;
+/// none of runs that are equal to a millionth as far as both go.
+pub fn parting(
+    old: &Recording,
+    new: &Recording,
+    comparison: &EventComparison,
+    old_name: &str,
+) -> Option<Parting> {
+    let signals = signals(&comparison.signals, old_name);
+    let before_signals = |it: &Parting| {
+        let from = signals.as_ref().map(|it| it.at_s);
+        from.is_none_or(|from| it.at_s <= from + TOGETHER)
     };
-    let timing = timing(old, new).filter(|(at, _)| before_signals(*at));
-    let event = event(old, new).filter(|(at, _)| before_signals(*at));
-    let (_, text) = timing.or(event).or(signals)?;
-    Some(text)
+    let timing = timing(old, new, old_name).filter(&before_signals);
+    let event = event(old, new, old_name).filter(&before_signals);
+    timing.or(event).or(signals)
 }
 
 /// Parts of a rig, in the order of cause and effect within an instant.
@@ -94,7 +108,7 @@ fn commands(drifts: &[SignalDrift], of: &SignalDrift) -> String {
 }
 
 /// Returns the first control step whose outputs have another time.
-fn timing(old: &Recording, new: &Recording) -> Option<(f64, String)> {
+fn timing(old: &Recording, new: &Recording, old_name: &str) -> Option<Parting> {
     let times = |recording: &Recording| -> Option<Vec<f64>> {
         let group = recording.group(group_name(Group::ProcessOutputs))?;
         let samples = recording.samples(group);
@@ -103,48 +117,53 @@ fn timing(old: &Recording, new: &Recording) -> Option<(f64, String)> {
     let (old, new) = (times(old)?, times(new)?);
     let mut pairs = old.iter().zip(&new).enumerate();
     let (step, (was, is)) = pairs.find(|(_, (was, is))| was != is)?;
-    let at = was.min(*is);
-    let text = format!(
-        "in the timing: control step {} ends at {is:.6} s, before at {was:.6} s",
-        step + 1
-    );
-    Some((at, text))
+    Some(Parting {
+        at_s: was.min(*is),
+        text: format!(
+            "in the timing: control step {} ends at {is:.6} s, at {was:.6} s in {old_name}",
+            step + 1
+        ),
+        signal: None,
+    })
 }
 
 /// Returns the first event that is in one of the runs only.
-fn event(old: &Recording, new: &Recording) -> Option<(f64, String)> {
+fn event(old: &Recording, new: &Recording, old_name: &str) -> Option<Parting> {
     let events = |recording: &Recording| recording.messages::<EventMessage>().unwrap_or_default();
+    let end = |recording: &Recording| recording.reached().unwrap_or(SimTime::MAX);
+    let end = end(old).min(end(new));
     let (old, new) = (events(old), events(new));
-    let equal = old
-        .iter()
-        .zip(&new)
-        .take_while(|(old, new)| old == new)
-        .count();
-    let (was, is) = (old.get(equal), new.get(equal));
-    let named = |(at, event): &(SimTime, EventMessage)| {
+    let equal = old.iter().zip(&new).take_while(|(old, new)| old == new);
+    let equal = equal.count();
+    let reached = |it: &&(SimTime, EventMessage)| it.0 < end;
+    let (was, is) = (
+        old.get(equal).filter(reached),
+        new.get(equal).filter(reached),
+    );
+    let parting = |(at, event): &(SimTime, EventMessage), how: &str| {
         let part = event.part.as_ref();
         let of = part.map_or_else(String::new, |part| format!(" of {part}"));
-        (
-            at.as_secs_f64(),
-            format!(
-                "in the timing: event \"{}\"{of} at {:.3} s",
-                event.event,
-                at.as_secs_f64()
+        let at_s = at.as_secs_f64();
+        Parting {
+            at_s,
+            text: format!(
+                "in the timing: \"{}\"{of} at {at_s:.3} s, {how}",
+                event.event
             ),
-        )
-    };
-    match (was.map(named), is.map(named)) {
-        (Some((was_at, _)), Some((is_at, text))) if is_at <= was_at => {
-            Some((is_at, format!("{text}, which is new")))
+            signal: None,
         }
-        (Some((at, text)), _) => Some((at, format!("{text} of the baseline, which is missing"))),
-        (None, Some((at, text))) => Some((at, format!("{text}, which is new"))),
-        (None, None) => None,
+    };
+    match (was, is) {
+        (Some(was), Some(is)) if is.0 <= was.0 => Some(is),
+        (Some(_), _) => None,
+        (None, is) => is,
     }
+    .map(|is| parting(is, &format!("which is not in {old_name}")))
+    .or_else(|| was.map(|was| parting(was, &format!("which is in {old_name} alone"))))
 }
 
 /// Returns the signal that leaves first, and the legs of which it does.
-fn signals(drifts: &[SignalDrift]) -> Option<(f64, String)> {
+fn signals(drifts: &[SignalDrift], old_name: &str) -> Option<Parting> {
     let is_cause = |drift: &&SignalDrift| !EFFECTS.iter().any(|it| drift.signal.starts_with(it));
     let left = drifts.iter().filter(is_cause);
     let left = left.filter_map(|drift| Some((drift, drift.plain.parts?)));
@@ -206,15 +225,17 @@ fn signals(drifts: &[SignalDrift]) -> Option<(f64, String)> {
     }
     let others = match others.len() {
         0 => String::new(),
-        _ => format!("; with it {}", others.join(", ")),
+        3 => "; the other legs likewise".to_owned(),
+        _ => format!("; likewise {}", others.join(", ")),
     };
     let leg = leg.map_or_else(String::new, |leg| format!("{leg} "));
     let at = point.at_s;
     let (part, commands) = (Part::of(drift).place(), commands(drifts, drift));
-    Some((
-        first,
-        format!(
-            "{part}: {leg}{name}{component} at {at:.3} s: {is}, before {was}{others}{commands}"
+    Some(Parting {
+        at_s: first,
+        text: format!(
+            "{part}: {leg}{name}{component} at {at:.3} s: {is}, {was} in {old_name}{others}{commands}"
         ),
-    ))
+        signal: Some((drift.signal.clone(), drift.component)),
+    })
 }

@@ -20,6 +20,12 @@ pub(crate) struct Group {
 }
 
 impl Group {
+    /// Returns the names of the signals, and their numbers of components.
+    pub(crate) fn signals(&self) -> impl Iterator<Item = (&str, usize)> {
+        let signals = self.signals.iter();
+        signals.map(|signal| (signal.name.as_str(), signal.values.len()))
+    }
+
     /// Returns the number of samples for each one that is kept.
     pub(crate) fn factor(&self) -> f64 {
         self.factor

@@ -26,8 +26,8 @@ struct Piece(f64, usize, String, Vec<String>);
 const PIECES: usize = 80_000;
 const AROUND: f64 = 0.03;
 
-/// Returns the bytes of one of `runs` runs around the `instants` \[s\], or all if they are few; none
-/// without traces.
+/// Returns the bytes of one of `runs` runs around the `instants` \[s\], or all if they are few;
+/// none without traces.
 pub(crate) fn wires(
     run: &Run<'_>,
     instants: impl Iterator<Item = f64>,

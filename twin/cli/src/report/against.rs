@@ -5,8 +5,8 @@ use twinrig_rig::report::{Report, Status};
 /// Differences shown in a table; `--json` has all.
 const SHOWN: usize = 6;
 
-/// Returns the difference by which a run parts from its baseline, if it fails. Of a run that an error
-/// ended, the error is the cause.
+/// Returns the difference by which a run parts from its baseline, if it fails. Of a run that an
+/// error ended, the error is the cause.
 pub(super) fn first(report: &Report) -> Option<String> {
     let against = report.against.as_ref()?;
     let first = against.differences.first().cloned();

@@ -95,7 +95,7 @@ fn change_that_no_expectation_notices_fails_and_is_accepted() {
     assert_eq!((code, &report["verdict"]), (1, &"fail".into()));
     assert_eq!(report["expectations"][0]["verdict"], "pass");
     assert!(
-        first(&report).starts_with("parts from the baseline at the ground: "),
+        first(&report).starts_with("first differs from the baseline at the ground: "),
         "{report}"
     );
     let differences = report["against"]["differences"].as_array().unwrap();
@@ -109,7 +109,7 @@ fn change_that_no_expectation_notices_fails_and_is_accepted() {
     let done = rig.run(&slippery, &["--against", &rig.folder.join("kept")]);
     let text = anstream::adapter::strip_str(&done.out).to_string();
     let [parts, expectation] =
-        ["parts from the baseline", "height"].map(|it| text.find(it).unwrap());
+        ["first differs from the baseline", "height"].map(|it| text.find(it).unwrap());
     assert!(parts < expectation, "{text}");
     assert!(text.contains("FAIL  1 of 1 expectation holds; the run differs from its baseline"));
 
@@ -125,7 +125,7 @@ fn change_that_no_expectation_notices_fails_and_is_accepted() {
     assert!(
         accepted
             .out
-            .contains("  parts from the baseline at the ground"),
+            .contains("  first differs from the baseline at the ground"),
         "{}",
         accepted.out
     );
@@ -167,14 +167,14 @@ fn difference_by_which_runs_part_is_that_of_the_changed_part() {
         (
             "[controller]",
             "[io]\ntransfer_time = \"3 ms\"\n[controller]",
-            "in the timing: event ",
+            "in the timing: \"task skipped\" of io at ",
         ),
     ] {
         let changed = TROT.replace(was, is);
         assert_ne!(changed, TROT);
         // Named even where it is within the tolerances.
         let (_, report) = rig.against(&changed);
-        let expected = format!("parts from the baseline {place}");
+        let expected = format!("first differs from the baseline {place}");
         assert!(
             first(&report).starts_with(&expected),
             "{is}: {}",
@@ -237,7 +237,7 @@ fn tolerances_are_those_of_the_baseline() {
     let (code, report) = with(wide);
     assert_eq!(code, 0, "{report}");
     // It differs, but within them.
-    assert!(first(&report).starts_with("parts from"), "{report}");
+    assert!(first(&report).starts_with("first differs from"), "{report}");
     let limited = |pattern: &str, limit: &str| {
         let text = format!("{wide}[signals]\n'{pattern}' = '{limit}'\n");
         with(&text)
@@ -273,7 +273,7 @@ fn page_of_a_run_that_differs_shows_both() {
     let report = json(&done.out).remove(0);
     let page = std::fs::read_to_string(report["page"].as_str().unwrap()).unwrap();
     assert!(page.contains("Comparison of two runs"));
-    assert!(page.contains("B parts from A at the ground: "));
+    assert!(page.contains("B first differs from A at the ground: "));
     // One that passes has none.
     let done = rig.run(TROT, &["--against", &kept, "--report=failed", "--json"]);
     assert_eq!(json(&done.out).remove(0).get("page"), None);

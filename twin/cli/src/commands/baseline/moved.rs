@@ -4,8 +4,8 @@ use twinrig_kernel::SimTime;
 use twinrig_record::{EventComparison, LegFootsteps, SignalDrift, median};
 use twinrig_report::number::{percent, quantity, si};
 
+use super::super::compare::differing_footsteps;
 use super::tolerances::Tolerances;
-use crate::commands::compare::differing_footsteps;
 
 /// Returns the differences in words: of the gait of each leg, of each footstep, of signals, and of
 /// the end.
@@ -18,7 +18,7 @@ pub(super) fn moved(
     let mut moved = Vec::new();
     if was != is {
         let [was, is] = [was, is].map(SimTime::as_secs_f64);
-        moved.push(format!("ends at {is:.3} s, before at {was:.3} s"));
+        moved.push(format!("ends at {is:.3} s, at {was:.3} s in the baseline"));
     }
     let footsteps: Vec<String> = comparison
         .legs
@@ -76,7 +76,7 @@ fn gait(leg: &LegFootsteps) -> Option<String> {
     });
     let apart = of(|leg, a, b| Some([leg.a[a].touch_down_s, leg.b[b].touch_down_s]))?;
     let part = |name: &str, [was, is]: [f64; 2], unit: &str| {
-        format!("{name} {}, before {}", si(is, unit), si(was, unit))
+        format!("{name} {}, {} in the baseline", si(is, unit), si(was, unit))
     };
     let mut parts = vec![part("stance", stance, "s")];
     parts.extend(stride.map(|stride| part("stride", stride, "m")));

@@ -7,10 +7,10 @@ use twinrig_kernel::{SimDuration, Unit};
 use twinrig_record::SignalDrift;
 use twinrig_scenario::matches;
 
-use crate::commands::compare::Bounds;
+use super::super::compare::Bounds;
 
 /// Text of the file that `twin accept` makes.
-pub(in super::super) const TEMPLATE: &str = "\
+pub const TEMPLATE: &str = "\
 # Tolerances within which a run equals the recordings of this folder (twin run --against).
 
 time = \"5 ms\"    # of touch-downs and lift-offs
@@ -23,7 +23,7 @@ place = \"5 mm\"   # of footsteps
 
 /// Tolerances.
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct Tolerances {
+pub struct Tolerances {
     bounds: Bounds,
     /// Patterns of signals with their limits.
     signals: Vec<(String, Limit)>,

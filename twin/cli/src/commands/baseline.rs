@@ -124,8 +124,8 @@ impl Baseline {
         let comparison = compare_events(old, new, ends);
         let comparison: EventComparison =
             comparison.map_err(|source| TwinError::Compare { source })?;
-        let parting = parting(old, new, &comparison);
-        let parting = parting.map(|it| format!("parts from the baseline {it}"));
+        let parting = parting(old, new, &comparison, "the baseline");
+        let parting = parting.map(|it| format!("first differs from the baseline {}", it.text));
         let beyond = self.tolerances.beyond(&comparison.signals);
         let moved = moved::moved(&comparison, &self.tolerances, &beyond, ends);
         let (within, bounds) = (beyond.is_empty(), self.tolerances.bounds());
