@@ -148,6 +148,7 @@ def check(expected, message, wanted=(None,), **inputs):
         summary = runner.summary.read_text()
         assert ("- page: `recordings/two-seed1.html`" in summary) == bool(expected), summary
         assert ("- repeat: `twin run tests/two.toml" in summary) == bool(expected), summary
+        assert ("![two-seed1.svg](data:image/svg+xml;base64," in summary) == bool(expected)
 
 
 def check_error(program):

@@ -28,6 +28,7 @@
 //! | `wires` | bytes around instants, decoded by the parts of their buses |
 //! | `pair` | two runs aligned by their footsteps |
 //! | `parting` | the difference by which they part, nearest to its cause |
+//! | `picture` | the robot at an instant and the footsteps around, as SVG |
 //! | `page` | the page of all of these |
 //!
 //! `script/` has the scripts of the page, `assets/` a library for plots, of others
@@ -50,6 +51,7 @@ mod link;
 mod page;
 mod pair;
 mod parting;
+mod picture;
 mod run;
 mod signals;
 mod timing;
@@ -57,4 +59,5 @@ mod wires;
 
 pub use page::{Page, page};
 pub use parting::{Parting, parting};
+pub use picture::picture;
 pub use run::Run;

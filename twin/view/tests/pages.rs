@@ -6,7 +6,7 @@ use twinrig_campaign::spread::Magnitude;
 use twinrig_record::Recording;
 use twinrig_rig::{Assembly, Execution, Registry, StartPerturbation, execute_observed};
 use twinrig_testing::folder::Folder;
-use twinrig_view::{Run, page};
+use twinrig_view::{Run, page, picture};
 
 const SCENARIO: &str = "
     name = 'a <b> of the trunk'
@@ -62,6 +62,21 @@ fn page_of_a_run_has_its_verdict_and_no_address() {
     for address in ["src=\"http", "href=\"http", "url(", "import("] {
         assert!(!page.html.contains(address), "{address}");
     }
+}
+
+#[test]
+fn picture_has_the_legs_at_an_instant() {
+    let folder = Folder::new("view-picture");
+    let registry = Registry::standard();
+    let recorded = Recording::open(&recorded(&registry, folder.path())).unwrap();
+    let run = Run::open(&registry, "low.mcap", recorded, None);
+    let at = |instant: f64| picture(&run, instant).unwrap().unwrap();
+    for leg in ["LF", "RF", "LH", "RH"] {
+        // At the foot, and at its lane.
+        assert_eq!(at(0.2).matches(&format!(">{leg}</text>")).count(), 2);
+    }
+    assert!(at(0.2).contains("a &lt;b&gt; of the trunk at 0.200 s"));
+    assert_ne!(at(0.0), at(0.2));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use twinrig_experiment::shell::quoted as shell;
-use twinrig_view::{Page, Run, page};
+use twinrig_view::{Page, Run, page, picture};
 
 use super::diff::open;
 use super::{FAILURE, SUCCESS, Terminal, outputs};
@@ -19,6 +19,8 @@ use twinrig_rig::registry::Registry;
 pub(super) struct Reported {
     page: String,
     bytes: usize,
+    /// Path of the picture of the run at that instant, if it has one.
+    picture: Option<String>,
     /// Instant at which the page opens.
     opened_at_s: f64,
     recordings: Vec<Shown>,
@@ -95,6 +97,20 @@ pub(super) fn write_page(
         path: path.to_owned(),
         source,
     })?;
+    let picture = runs.last().map(|run| picture(run, opened_at_s));
+    let picture = picture.transpose().map_err(|source| Error::Record {
+        path: recordings[0].clone(),
+        source,
+    });
+    let picture = picture?.flatten().map(|svg| {
+        let path = path.with_extension("svg");
+        let written = std::fs::write(&path, svg);
+        let written = written.map_err(|source| Error::Write {
+            path: path.clone(),
+            source,
+        });
+        written.map(|()| path.display().to_string())
+    });
     let shown = runs.iter().map(|run| Shown {
         recording: run.path.clone(),
         repeated: run.is_repeated().is_ok(),
@@ -103,6 +119,7 @@ pub(super) fn write_page(
     Ok(Reported {
         page: path.display().to_string(),
         bytes: html.len(),
+        picture: picture.transpose()?,
         opened_at_s,
         recordings: shown.collect(),
     })

@@ -10,8 +10,8 @@ use crate::report::Report;
 use crate::run::course::{Course, run};
 use crate::run::execution::Execution;
 use crate::run::hardware;
-use crate::run::judging::{judge, reference, report, tracking};
-use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
+use crate::run::judging::{observers, reference, report};
+use crate::run::observers::{PolledOnly, RunObserver, RunProgress};
 use crate::run::recording::recorder;
 
 /// Runs `assembly`, and the reference run if an expectation requires one, with an observer of the
@@ -83,14 +83,7 @@ fn execute_drawing(
     let reference = reference(assembly, end, polled)?;
     let mut rig = assembly.rig()?;
     let recorder = recorder(assembly, &rig, execution)?;
-    let mut judge = judge(assembly, &rig);
-    if let Some(reference) = reference {
-        judge = judge.with_reference(&reference);
-    }
-    let observers = RunObservers::new(judge, recorder)
-        .with_tracking(tracking(assembly, &rig))
-        .with_tasks(&rig);
-    let mut observers = observers.with_caller(caller, &rig);
+    let mut observers = observers(assembly, &rig, reference, recorder, caller);
     let progress = RunProgress {
         title: &assembly.scenario().name,
         now: SimTime::ZERO,

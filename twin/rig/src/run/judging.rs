@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use twinrig_kernel::SimTime;
-use twinrig_record::{RecordError, VerdictMessage};
-use twinrig_runtime::Group;
+use twinrig_record::{RecordError, Recorder, VerdictMessage};
+use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{
     Expectation, Judge, Layouts, Outcome, Reference, RunEnd, Scenario, Tracking, Verdict,
 };
@@ -26,6 +26,24 @@ use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
 /// Returns the judge of a run of `executor`.
 pub fn judge(assembly: &Assembly<'_>, executor: &dyn Executor) -> Judge {
     with_layouts(executor, |layouts| Judge::new(assembly.scene(), *layouts))
+}
+
+/// Returns the observers of a run of `rig`: judge, recorder, tracking, tasks and the caller's.
+pub(crate) fn observers<'c, W: Write>(
+    assembly: &Assembly<'_>,
+    rig: &Rig,
+    reference: Option<Reference>,
+    recorder: Option<Recorder<W>>,
+    caller: Option<&'c mut dyn RunObserver>,
+) -> RunObservers<'c, W> {
+    let mut judge = judge(assembly, rig);
+    if let Some(reference) = reference {
+        judge = judge.with_reference(&reference);
+    }
+    let observers = RunObservers::new(judge, recorder)
+        .with_tracking(tracking(assembly, rig))
+        .with_tasks(rig);
+    observers.with_caller(caller, rig)
 }
 
 /// Returns the observer of how a run of `executor` follows its commands; none if the controller

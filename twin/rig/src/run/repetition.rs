@@ -13,8 +13,8 @@ use crate::error::Error;
 use crate::report::Report;
 use crate::run::course::{Course, Stopped, run};
 use crate::run::execution::Execution;
-use crate::run::judging::{closed, judge, reference, tracking};
-use crate::run::observers::{PolledOnly, RunObserver, RunObservers, RunProgress};
+use crate::run::judging::{closed, observers, reference};
+use crate::run::observers::{PolledOnly, RunObserver, RunProgress};
 use crate::run::recording::{Contents, recorder_of};
 
 /// Detail of a repetition.
@@ -71,14 +71,7 @@ pub fn repeat(
         source,
     };
     let recorder = recorder_of(assembly, &rig, contents, Vec::new()).map_err(unreadable)?;
-    let mut judge = judge(assembly, &rig);
-    if let Some(reference) = reference {
-        judge = judge.with_reference(&reference);
-    }
-    let observers = RunObservers::new(judge, Some(recorder))
-        .with_tracking(tracking(assembly, &rig))
-        .with_tasks(&rig);
-    let mut observers = observers.with_caller(caller, &rig);
+    let mut observers = observers(assembly, &rig, reference, Some(recorder), caller);
     let progress = RunProgress {
         title: &assembly.scenario().name,
         now: SimTime::ZERO,
