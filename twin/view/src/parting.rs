@@ -4,7 +4,9 @@
 //! else differs a little; what differs by a tenth of its range first is the nearest. Timing and
 //! events come before signals, since they change them.
 
-use twinrig_kernel::{SimTime, signal};
+use std::cmp::Ordering;
+
+use twinrig_kernel::{SimTime, Unit, signal};
 use twinrig_record::{
     EventComparison, EventMessage, PartingPoint, Recording, SignalDrift, group_name,
 };
@@ -162,6 +164,43 @@ fn event(old: &Recording, new: &Recording, old_name: &str) -> Option<Parting> {
     .or_else(|| was.map(|was| parting(was, &format!("which is in {old_name} alone"))))
 }
 
+/// Order of the signals that leave together, by which the nearest to the cause is first.
+struct Rank {
+    is_downstream: bool,
+    /// Instant from which it differs, or of what is downstream differs by much \[s\].
+    from: f64,
+    part: Part,
+    unlikely: [bool; 3],
+    /// Instant from which it differs by little \[s\].
+    little: f64,
+}
+
+impl Rank {
+    fn compare(&self, other: &Self) -> Ordering {
+        let downstream = self.is_downstream.cmp(&other.is_downstream);
+        let from = self.from.total_cmp(&other.from);
+        let part = self.part.cmp(&other.part);
+        let unlikely = self.unlikely.cmp(&other.unlikely);
+        let little = self.little.total_cmp(&other.little);
+        downstream.then(from).then(part).then(unlikely).then(little)
+    }
+}
+
+/// Returns which of the marks of a cause a signal of a bus lacks: it counts, it counted nothing in
+/// the old run, it is of one board.
+fn unlikely(drift: &SignalDrift, point: PartingPoint) -> [bool; 3] {
+    if Part::of(drift) != Part::Bus {
+        return [false; 3];
+    }
+    let counts = drift.unit == Unit::One.symbol();
+    let is_of_board = drift
+        .signal
+        .split('/')
+        .nth(1)
+        .is_some_and(|it| it.chars().all(char::is_uppercase));
+    [!counts, point.a != 0.0, !is_of_board]
+}
+
 /// Returns the signal that leaves first, and the legs of which it does.
 fn signals(drifts: &[SignalDrift], old_name: &str) -> Option<Parting> {
     let is_cause = |drift: &&SignalDrift| !EFFECTS.iter().any(|it| drift.signal.starts_with(it));
@@ -175,34 +214,32 @@ fn signals(drifts: &[SignalDrift], old_name: &str) -> Option<Parting> {
         let [little, much] = drift.plain.exceeds_at_s;
         [much.unwrap_or(never), little.unwrap_or(never)]
     };
-    // What is upstream of the plant and parts no later than it is the cause, however small.
+    // What is upstream of the plant and parts before it is the cause, however small; commands, and
+    // errors that a board begins to count, also in the same sample.
     let of_plant = together
         .clone()
         .filter(|(drift, _)| Part::of(drift) > Part::Controller);
     let of_plant = of_plant.map(|(_, point)| point.at_s).fold(never, f64::min);
-    let upstream = |drift: &SignalDrift, at: f64| match Part::of(drift) {
-        Part::Bus => at < of_plant,
-        Part::Controller => at <= of_plant,
+    let upstream = |drift: &SignalDrift, point: PartingPoint| match Part::of(drift) {
+        Part::Bus if unlikely(drift, point) == [false; 3] => point.at_s <= of_plant,
+        Part::Bus => point.at_s < of_plant,
+        Part::Controller => point.at_s <= of_plant,
         _ => false,
     };
     let rank = |(drift, point): &(&SignalDrift, PartingPoint)| {
         let [much, little] = soonest(drift);
-        let is_downstream = !upstream(drift, point.at_s);
-        (
+        let is_downstream = !upstream(drift, *point);
+        Rank {
             is_downstream,
-            if is_downstream { much } else { point.at_s },
-            Part::of(drift),
+            from: if is_downstream { much } else { point.at_s },
+            part: Part::of(drift),
+            unlikely: unlikely(drift, *point),
             little,
-        )
+        }
     };
-    let (drift, point) = together.clone().min_by(|a, b| {
-        let (a, b) = (rank(a), rank(b));
-        let (downstream, first) = (a.0.cmp(&b.0), a.1.total_cmp(&b.1));
-        downstream
-            .then(first)
-            .then(a.2.cmp(&b.2))
-            .then(a.3.total_cmp(&b.3))
-    })?;
+    let ranked = together.clone().map(|it| (rank(&it), it));
+    let first_of_all = ranked.min_by(|(a, _), (b, _)| a.compare(b));
+    let (_, (drift, point)) = first_of_all?;
     let [is, was] = [point.b, point.a].map(|value| quantity(value, &drift.unit));
     let (leg, name) = match signal::parse_leg(&drift.signal) {
         Some((leg, name)) => (Some(leg), name),
@@ -238,4 +275,79 @@ fn signals(drifts: &[SignalDrift], old_name: &str) -> Option<Parting> {
         ),
         signal: Some((drift.signal.clone(), drift.component)),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_record::Drift;
+
+    use super::*;
+
+    /// Returns a signal that parts at 6 s from 0 to 1, and differs by much `later` \[s\].
+    fn drift(group: Group, signal: &str, unit: &str, later: f64) -> SignalDrift {
+        let plain = Drift {
+            parts: Some(PartingPoint {
+                at_s: 6.0,
+                a: 0.0,
+                b: 1.0,
+            }),
+            exceeds_at_s: [Some(6.0), Some(6.0 + later)],
+            ..Drift::default()
+        };
+        SignalDrift {
+            group: group_name(group).to_owned(),
+            signal: signal.to_owned(),
+            unit: unit.to_owned(),
+            component: 0,
+            components: 1,
+            by_leg: None,
+            aligned: plain.clone(),
+            plain,
+            ends: None,
+        }
+    }
+
+    #[test]
+    fn nearest_to_the_cause_is_first() {
+        let torque = drift(Group::Plant, "leg/LF/knee/torque", "N·m", 0.002);
+        let other = drift(Group::Plant, "leg/RH/knee/torque", "N·m", 0.1);
+        let force = drift(Group::Plant, "leg/LH/foot/force", "N", 0.01);
+        let energy = drift(Group::Plant, "energy/gravity", "J", 0.0);
+        let command = drift(Group::ProcessOutputs, "leg/LF/knee/command", "rad", 0.5);
+        let spread = drift(Group::Diagnostics, "sbcp/RF/request/half_range", "s", 0.01);
+        let missed = drift(Group::Diagnostics, "sbcp/LF/missed_points", "1", 0.5);
+        let mut later = command.clone();
+        later.plain.parts = later.plain.parts.map(|it| PartingPoint { at_s: 7.0, ..it });
+        for (drifts, text) in [
+            (
+                vec![&energy, &force, &torque, &other],
+                "in the drives: LF knee/torque at 6.000 s: 1 N·m, 0 N·m in A; likewise RH",
+            ),
+            (
+                vec![&torque, &later],
+                "in the drives: LF knee/torque at 6.000 s: 1 N·m, 0 N·m in A; commands are equal up to 7.000 s",
+            ),
+            (
+                vec![&force, &other],
+                "at the ground: LH foot/force at 6.000 s: 1 N, 0 N in A",
+            ),
+            // Commands are equally early, and upstream.
+            (
+                vec![&torque, &command],
+                "in the controller: LF knee/command at 6.000 s: 57.3°, 0° in A",
+            ),
+            // Errors that a board begins to count are; times of others are not.
+            (vec![&spread, &torque], "in the drives: LF"),
+            (
+                vec![&spread, &missed, &torque],
+                "on the bus: sbcp/LF/missed_points at 6.000 s: 1, 0 in A",
+            ),
+        ] {
+            let drifts: Vec<SignalDrift> = drifts.into_iter().cloned().collect();
+            let found = signals(&drifts, "A").unwrap();
+            assert!(found.text.starts_with(text), "{}", found.text);
+            assert_eq!(found.at_s, 6.0);
+        }
+        assert_eq!(signals(&[energy], "A"), None);
+    }
 }
