@@ -22,7 +22,8 @@ const ROBOTS_ACROSS: f64 = 4.2;
 /// Colours of the legs.
 const COLOURS: [&str; 4] = ["#0a64ad", "#cf4a0a", "#14875e", "#a83f86"];
 
-/// Returns an SVG picture of a run at the instant `at` \[s\]; none without coordinate frames of legs.
+/// Returns an SVG picture of a run at the instant `at` \[s\]; none without coordinate frames of
+/// legs.
 ///
 /// # Errors
 /// A message of the recording cannot be decoded.
