@@ -29,6 +29,7 @@
 //! | `pair` | two runs aligned by their footsteps |
 //! | `parting` | the difference by which they part, nearest to its cause |
 //! | `picture` | the robot at an instant and the footsteps around, as SVG |
+//! | `data`, `headline`, `sections` | data of the scripts, result, tables |
 //! | `page` | the page of all of these |
 //!
 //! `script/` has the scripts of the page, `assets/` a library for plots, of others
@@ -40,11 +41,13 @@
 //! - The scripts compute no physics: what they draw is in the data.
 
 mod columns;
+mod data;
 mod decimated;
 mod figure;
 mod files;
 mod findings;
 mod gait;
+mod headline;
 mod incidents;
 mod judged;
 mod link;
@@ -53,6 +56,7 @@ mod pair;
 mod parting;
 mod picture;
 mod run;
+mod sections;
 mod signals;
 mod timing;
 mod wires;
