@@ -257,11 +257,12 @@ pub struct RunArgs {
     #[arg(long, conflicts_with = "out")]
     pub no_record: bool,
     /// Compare each run with the recording of its name in DIR, which `twin accept` keeps there; a
-    /// difference beyond the tolerances in DIR/baseline.toml is a failure
+    /// difference beyond the tolerances in DIR/baseline.toml is a failure. The name has seed, plant
+    /// and settings. Not with --no-record or --port
     #[arg(long, value_name = "DIR", conflicts_with_all = ["no_record", "port"])]
     pub against: Option<PathBuf>,
     /// Write the page of each run beside its recording, as `twin report` does; with =failed, of
-    /// those that do not pass
+    /// those that do not pass. Not with --no-record
     #[arg(long, value_name = "OF", num_args = 0..=1, require_equals = true, default_missing_value = "all", conflicts_with = "no_record")]
     pub report: Option<PagesOf>,
     /// Fail where there is a warning, or a bus with errors, late answers, or boards that miss

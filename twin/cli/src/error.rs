@@ -26,10 +26,10 @@ pub enum TwinError {
         /// Scenario file.
         file: String,
     },
-    /// Baseline that a run cannot be compared with.
+    /// File or folder that a command refuses.
     #[error("error: {why}\n --> {}\n  = help: {help}", path.display())]
-    Baseline {
-        /// Path of the recording or the folder.
+    Refused {
+        /// Path.
         path: PathBuf,
         /// Reason.
         why: String,

@@ -81,6 +81,9 @@ fn result(verdict: Option<&VerdictMessage>) -> String {
         0 => counts,
         _ => format!("{counts}, {unobserved} are unobserved"),
     };
+    if verdict.verdict == "fail" && held == all.len() {
+        return format!("FAIL: {counts}; it fails by a fall, or by warnings (--strict).");
+    }
     let failed = all.iter().filter(|it| fails(it));
     let first = failed.min_by(|a, b| {
         let at = |it| decisive(it).unwrap_or(f64::INFINITY);

@@ -38,11 +38,12 @@ const MODULE: &[&str] = &[
     include_str!("../script/main.js"),
 ];
 
-/// Returns the page of a run, or of two that are compared; `command` repeats it.
+/// Returns the page of a run, or of two that are compared, of which the first may be the baseline
+/// of the second (`against`); `command` repeats it.
 ///
 /// # Errors
 /// A message of a recording cannot be decoded.
-pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
+pub fn page(runs: &[Run<'_>], against: bool, command: &str) -> Result<Page, RecordError> {
     let mut columns = Columns::default();
     let verdicts = runs.iter().map(Run::verdict);
     let verdicts: Vec<Option<VerdictMessage>> = verdicts.collect::<Result<_, _>>()?;
@@ -61,7 +62,10 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
         let at = opening(run, verdict.as_ref()?)?;
         Some((number, at))
     });
-    let open = opening.next_back().unwrap_or_default();
+    // Two runs of which none fails differ nevertheless.
+    let parted = compared.as_ref().and_then(|it| it.parting.as_ref());
+    let parted = parted.map(|it| (0, it.at_s));
+    let open = opening.next_back().or(parted).unwrap_or_default();
     let mut terms = Vec::new();
     for (run, mark) in runs.iter().zip(["A: ", "B: "]) {
         let mark = if runs.len() > 1 { mark } else { "" };
@@ -70,9 +74,10 @@ pub fn page(runs: &[Run<'_>], command: &str) -> Result<Page, RecordError> {
     terms.push(Term::code("command", command));
     terms.push(Term::text("numbers", rounding(&data)));
     let page = page::Page {
-        kind: match runs.len() {
-            1 => "Run".to_owned(),
-            _ => "Comparison of two runs".to_owned(),
+        kind: match (runs.len(), against) {
+            (1, _) => "Run".to_owned(),
+            (_, false) => "Comparison of two runs".to_owned(),
+            (_, true) => "B, a run that differs from its baseline, A".to_owned(),
         },
         title: title(runs),
         headline: headline(&verdicts, compared.as_ref(), &done_to_b_alone(&data)),

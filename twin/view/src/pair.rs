@@ -41,10 +41,14 @@ pub(crate) fn compared(runs: [&Run<'_>; 2]) -> Result<Compared, RecordError> {
         knots: most.map_or_else(Vec::new, knots),
     };
     let parting = parting(a.shown(), b.shown(), &comparison, "A");
+    let from = parting.as_ref().map_or(0.0, |it| it.at_s);
     Ok(Compared {
         pair,
         parting,
-        tables: [footsteps(&comparison.legs), signals(comparison.signals)],
+        tables: [
+            footsteps(&comparison.legs),
+            signals(comparison.signals, from),
+        ],
     })
 }
 
@@ -107,8 +111,8 @@ fn footsteps(legs: &[LegFootsteps]) -> Table {
 }
 
 /// Returns the signals by the instant at which they first differ by a tenth of their range, then by
-/// a hundredth.
-fn signals(mut signals: Vec<SignalDrift>) -> Table {
+/// a hundredth. Where the alignment of the footsteps differs before the runs do, `from` counts.
+fn signals(mut signals: Vec<SignalDrift>, from: f64) -> Table {
     let onset = |drift: &SignalDrift| {
         let [little, much] = drift.aligned.exceeds_at_s;
         [much, little].map(|at| at.unwrap_or(f64::INFINITY))
@@ -133,7 +137,7 @@ fn signals(mut signals: Vec<SignalDrift>) -> Table {
     ]);
     for drift in signals.iter().take(SHOWN) {
         let name = component_name(&drift.signal, drift.components, drift.component);
-        let at = |at: Option<f64>| at.map_or_else(Cell::empty, |at| instant(0, at));
+        let at = |at: Option<f64>| at.map_or_else(Cell::empty, |at| instant(0, at.max(from)));
         let [little, much] = drift.aligned.exceeds_at_s;
         table.row([
             name.into(),

@@ -1,8 +1,8 @@
 //! The difference by which two runs part: that which came first, and so is next to its cause.
 //!
 //! Two runs of one scenario are equal bit for bit up to their cause. Within one sample of it, much
-//! else differs a little; what differs by a tenth of its range first is the nearest. Timing and
-//! events come before signals, since they change them.
+//! else differs a little; what differs by a hundredth of its range first, then by a tenth, is the
+//! nearest. Timing and events come before signals, since they change them.
 
 use std::cmp::Ordering;
 
@@ -10,7 +10,7 @@ use twinrig_kernel::{SimTime, Unit, signal};
 use twinrig_record::{
     EventComparison, EventMessage, PartingPoint, Recording, SignalDrift, group_name,
 };
-use twinrig_report::number::quantity;
+use twinrig_report::number::{precise, quantity};
 use twinrig_runtime::Group;
 
 /// Time after the first difference within which a signal has left with it \[s\].
@@ -167,12 +167,13 @@ fn event(old: &Recording, new: &Recording, old_name: &str) -> Option<Parting> {
 /// Order of the signals that leave together, by which the nearest to the cause is first.
 struct Rank {
     is_downstream: bool,
-    /// Instant from which it differs, or of what is downstream differs by much \[s\].
+    /// Instant from which it differs, or of what is downstream differs by a hundredth of its range
+    /// \[s\].
     from: f64,
     part: Part,
     unlikely: [bool; 3],
-    /// Instant from which it differs by little \[s\].
-    little: f64,
+    /// Instant from which it differs by a tenth of its range \[s\].
+    much: f64,
 }
 
 impl Rank {
@@ -181,8 +182,15 @@ impl Rank {
         let from = self.from.total_cmp(&other.from);
         let part = self.part.cmp(&other.part);
         let unlikely = self.unlikely.cmp(&other.unlikely);
-        let little = self.little.total_cmp(&other.little);
-        downstream.then(from).then(part).then(unlikely).then(little)
+        let much = self.much.total_cmp(&other.much);
+        let bus = unlikely.then(much);
+        // Of the plant, the size of an effect says more than its place.
+        let rest = if self.is_downstream {
+            much.then(part).then(unlikely)
+        } else {
+            part.then(bus)
+        };
+        downstream.then(from).then(rest)
     }
 }
 
@@ -231,16 +239,20 @@ fn signals(drifts: &[SignalDrift], old_name: &str) -> Option<Parting> {
         let is_downstream = !upstream(drift, *point);
         Rank {
             is_downstream,
-            from: if is_downstream { much } else { point.at_s },
+            from: if is_downstream { little } else { point.at_s },
             part: Part::of(drift),
             unlikely: unlikely(drift, *point),
-            little,
+            much,
         }
     };
     let ranked = together.clone().map(|it| (rank(&it), it));
     let first_of_all = ranked.min_by(|(a, _), (b, _)| a.compare(b));
     let (_, (drift, point)) = first_of_all?;
-    let [is, was] = [point.b, point.a].map(|value| quantity(value, &drift.unit));
+    let mut values = [point.b, point.a].map(|value| quantity(value, &drift.unit));
+    if values[0] == values[1] {
+        values = [point.b, point.a].map(|value| precise(value, &drift.unit));
+    }
+    let [is, was] = values;
     let (leg, name) = match signal::parse_leg(&drift.signal) {
         Some((leg, name)) => (Some(leg), name),
         None => (None, drift.signal.as_str()),

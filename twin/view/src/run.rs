@@ -15,6 +15,9 @@ const FRAME_MIN: SimDuration = SimDuration::from_millis(5);
 /// Instants at which the expectations are evaluated: the dots of a plot.
 const INSTANTS: u64 = 250;
 
+/// Reason without a fingerprint.
+const CUT_OFF: &str = "the recording was cut off";
+
 /// A recorded run, with its repetition.
 pub struct Run<'r> {
     /// Path of the recording, for the reader.
@@ -32,11 +35,13 @@ impl<'r> Run<'r> {
         recorded: Recording,
         caller: Option<&mut dyn RunObserver>,
     ) -> Self {
+        let is_cut = recorded.fingerprint().is_none();
         let (assembly, repetition) = match assembly_of(registry, &recorded) {
             Ok(assembly) => {
                 let repetition = repeated(&assembly, &recorded, caller);
                 (Some(assembly), repetition)
             }
+            Err(_) if is_cut => (None, Err(CUT_OFF.to_owned())),
             Err(why) => (None, Err(why.to_string())),
         };
         Self {
@@ -109,7 +114,7 @@ fn repeated(
     caller: Option<&mut dyn RunObserver>,
 ) -> Result<Repetition, String> {
     let (Some(fingerprint), Some(end)) = (recorded.fingerprint(), recorded.reached()) else {
-        return Err("the recording was cut off".to_owned());
+        return Err(CUT_OFF.to_owned());
     };
     let frames = SimDuration::from_nanos(end.as_nanos() / FRAMES_MAX).max(FRAME_MIN);
     let detail = Detail {

@@ -48,7 +48,7 @@ fn page_of_a_run_has_its_verdict_and_no_address() {
     let recorded = Recording::open(&recorded(&registry, folder.path())).unwrap();
     let run = Run::open(&registry, "low.mcap", recorded, None);
     assert_eq!(run.is_repeated(), Ok(()));
-    let page = page(&[run], "twin report low.mcap").unwrap();
+    let page = page(&[run], false, "twin report low.mcap").unwrap();
     assert_eq!(page.opened_at_s, 0.0);
     assert!(
         page.html
@@ -87,7 +87,7 @@ fn pages_of_equal_runs_are_equal() {
     let page = || {
         let recorded = Recording::open(&path).unwrap();
         let run = Run::open(&registry, "low.mcap", recorded, None);
-        page(&[run], "twin report low.mcap").unwrap().html
+        page(&[run], false, "twin report low.mcap").unwrap().html
     };
     assert!(page() == page());
 }
@@ -101,7 +101,7 @@ fn recording_that_cannot_be_repeated_is_shown_alone() {
     let cut = Recording::from_bytes(bytes[..bytes.len() * 6 / 10].to_vec()).unwrap();
     let run = Run::open(&registry, "low.mcap", cut, None);
     assert_eq!(run.is_repeated(), Err("the recording was cut off"));
-    let cut = page(&[run], "twin report low.mcap").unwrap().html;
+    let cut = page(&[run], false, "twin report low.mcap").unwrap().html;
     assert!(cut.contains("The recording was cut off, so that there is no verdict."));
     assert!(cut.contains("it was not repeated"));
 
@@ -119,7 +119,7 @@ fn recording_that_cannot_be_repeated_is_shown_alone() {
     let run = Run::open(&registry, "low.mcap", other, None);
     let why = run.is_repeated().unwrap_err();
     assert!(why.contains("another fingerprint"), "{why}");
-    let other = page(&[run], "twin report low.mcap").unwrap();
+    let other = page(&[run], false, "twin report low.mcap").unwrap();
     // The verdict is the recorded one.
     assert!(other.html.contains("FAIL: 0 of 1 expectation holds"));
 }
@@ -130,7 +130,12 @@ fn two_runs_are_aligned_and_compared() {
     let registry = Registry::standard();
     let path = recorded(&registry, folder.path());
     let run = |name: &str| Run::open(&registry, name, Recording::open(&path).unwrap(), None);
-    let page = page(&[run("a.mcap"), run("b.mcap")], "twin report a.mcap b.mcap").unwrap();
+    let page = page(
+        &[run("a.mcap"), run("b.mcap")],
+        false,
+        "twin report a.mcap b.mcap",
+    )
+    .unwrap();
     assert!(page.html.contains("Comparison of two runs"));
     assert!(page.html.contains("a &lt;b&gt; of the trunk, two runs"));
     assert!(

@@ -9,7 +9,7 @@ use clap::Args;
 pub struct AcceptArgs {
     /// Folder of the baseline; it is made if there is none
     pub baseline: PathBuf,
-    /// Recordings to take; by default those in --from that the baseline has by name
+    /// Recordings to take; by default those in --from whose names the baseline has
     #[arg(value_name = "RECORDING", conflicts_with = "from")]
     pub recordings: Vec<PathBuf>,
     /// Folder of the recordings to take

@@ -9,6 +9,7 @@ use twinrig_report::text::style::{BOLD, GREEN, YELLOW, styled};
 
 use super::baseline::{Baseline, TEMPLATE, TOLERANCES};
 use super::diff::{cut_off, open};
+use super::outputs::write_whole;
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::AcceptArgs;
 use crate::error::TwinError;
@@ -65,6 +66,17 @@ fn accepted(args: &AcceptArgs) -> Result<Vec<Accepted>, TwinError> {
     } else {
         args.recordings.clone()
     };
+    for (n, path) in recordings.iter().enumerate() {
+        if recordings[..n]
+            .iter()
+            .any(|other| other.file_name() == path.file_name())
+        {
+            let path = path.clone();
+            let why = "two of the recordings have this name, which is that in the baseline";
+            let (why, help) = (why.to_owned(), "name one of them".to_owned());
+            return Err(TwinError::Refused { path, why, help });
+        }
+    }
     // Nothing is written unless all can be.
     let opened = recordings.iter().map(|path| Ok((path, taken(path)?)));
     let opened: Vec<_> = opened.collect::<Result<_, TwinError>>()?;
@@ -86,11 +98,8 @@ fn accepted(args: &AcceptArgs) -> Result<Vec<Accepted>, TwinError> {
         } else {
             ("new", Vec::new())
         };
-        // An interrupted copy leaves the old one.
-        let copy = kept.with_extension("mcap.new");
-        fs::copy(path, &copy)
-            .and_then(|_| fs::rename(&copy, &kept))
-            .map_err(|source| write(&kept, source))?;
+        let bytes = fs::read(path).map_err(|source| write(path, source))?;
+        write_whole(&kept, &bytes)?;
         all.push(Accepted {
             recording: kept.display().to_string(),
             verdict,
@@ -115,7 +124,7 @@ fn compared(
         return Ok(("equal", Vec::new()));
     }
     let compared = match baseline.compare(kept, &old, new) {
-        Err(TwinError::Baseline { why, .. }) => return Ok(("changed", vec![why])),
+        Err(TwinError::Refused { why, .. }) => return Ok(("changed", vec![why])),
         compared => compared?,
     };
     let moved = compared.parting.into_iter().chain(compared.moved);
@@ -128,10 +137,11 @@ fn taken(path: &Path) -> Result<(Recording, String), TwinError> {
     let verdicts = recording.messages::<VerdictMessage>();
     let verdicts = verdicts.map_err(|source| TwinError::Compare { source })?;
     let verdict = verdicts.into_iter().next_back().map(|(_, it)| it.verdict);
-    let verdict = verdict.filter(|_| cut_off(&recording).is_none());
+    let is_whole = cut_off(&recording).is_none() && recording.is_complete();
+    let verdict = verdict.filter(|_| is_whole);
     match verdict {
         Some(verdict) if verdict != "error" => Ok((recording, verdict)),
-        _ => Err(TwinError::Baseline {
+        _ => Err(TwinError::Refused {
             path: path.to_owned(),
             why: "the run did not reach its end, so that its recording is no baseline".to_owned(),
             help: "run the scenario again".to_owned(),
@@ -141,7 +151,7 @@ fn taken(path: &Path) -> Result<(Recording, String), TwinError> {
 
 /// Returns the recordings in `from` with the names of those in the baseline.
 fn named_alike(folder: &Path, from: &Path) -> Result<Vec<PathBuf>, TwinError> {
-    let refused = |path: &Path, why: &str, help: &str| TwinError::Baseline {
+    let refused = |path: &Path, why: &str, help: &str| TwinError::Refused {
         path: path.to_owned(),
         why: why.to_owned(),
         help: help.to_owned(),

@@ -42,10 +42,10 @@ impl Baseline {
     /// Reads a folder and its tolerances; without a file of them, the defaults are used.
     pub(super) fn open(folder: &Path) -> Result<Self, TwinError> {
         if !folder.is_dir() {
-            return Err(TwinError::Baseline {
+            return Err(TwinError::Refused {
                 path: folder.to_owned(),
                 why: "there is no such folder".to_owned(),
-                help: "`twin accept DIR RECORDING` makes one".to_owned(),
+                help: "a baseline is a folder, which `twin accept DIR RECORDING` makes".to_owned(),
             });
         }
         Ok(Self {
@@ -57,6 +57,17 @@ impl Baseline {
     /// Returns the path of the recording with which `recording` is compared: that of its name.
     pub(super) fn path_of(&self, recording: &Path) -> PathBuf {
         self.folder.join(recording.file_name().unwrap_or_default())
+    }
+
+    /// Returns the names of the recordings.
+    pub(super) fn names(&self) -> Vec<String> {
+        let listed = std::fs::read_dir(&self.folder).into_iter().flatten();
+        let names = listed.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let is_recording =
+            |name: &String| Path::new(name).extension().is_some_and(|it| it == "mcap");
+        let mut names: Vec<String> = names.filter(is_recording).collect();
+        names.sort();
+        names
     }
 
     /// Compares a report and its recording with the baseline, and adds the result to the report.
@@ -82,18 +93,22 @@ impl Baseline {
     /// Opens the recording of the baseline for `recording`.
     fn recording(&self, recording: &Path) -> Result<(PathBuf, Recording), TwinError> {
         let path = self.path_of(recording);
-        let refused = |why: String, help: &str| TwinError::Baseline {
+        let refused = |why: String, help: &str| TwinError::Refused {
             path: path.clone(),
             why,
             help: help.to_owned(),
         };
         if !path.is_file() {
             let why = "the baseline has no recording of this run".to_owned();
-            let help = "`twin accept DIR RECORDING` adds one; its name is that of the recording";
-            return Err(refused(why, help));
+            let names = self.names().join(", ");
+            let help = format!(
+                "its recordings are: {names}; seed, plant and settings are in their names; `twin \
+                 accept DIR RECORDING` adds one"
+            );
+            return Err(refused(why, &help));
         }
         let old = open(&path)?;
-        if cut_off(&old).is_some() {
+        if cut_off(&old).is_some() || !old.is_complete() {
             let why = "the recording was cut off, so that it is no baseline".to_owned();
             return Err(refused(why, "`twin accept` replaces it"));
         }
@@ -110,7 +125,7 @@ impl Baseline {
         for (key, name) in IDENTITY {
             let [in_old, in_new] = [old, new].map(|it| it.note(key).unwrap_or("unknown"));
             if in_old != in_new {
-                return Err(TwinError::Baseline {
+                return Err(TwinError::Refused {
                     path: path.to_owned(),
                     why: format!(
                         "the recording is of another run: its {name} is `{in_old}`, not `{in_new}`"
@@ -119,6 +134,13 @@ impl Baseline {
                 });
             }
         }
+        if old.fingerprint().is_some() && old.fingerprint() == new.fingerprint() {
+            return Ok(Compared {
+                same: true,
+                parting: None,
+                moved: Vec::new(),
+            });
+        }
         let end = |recording: &Recording| recording.reached().unwrap_or_default();
         let ends = [end(old), end(new)];
         let comparison = compare_events(old, new, ends);
@@ -126,10 +148,14 @@ impl Baseline {
             comparison.map_err(|source| TwinError::Compare { source })?;
         let parting = parting(old, new, &comparison, "the baseline");
         let parting = parting.map(|it| format!("first differs from the baseline {}", it.text));
+        let file = self.folder.join(TOLERANCES);
+        self.tolerances.check(&comparison.signals, &file)?;
         let beyond = self.tolerances.beyond(&comparison.signals);
-        let moved = moved::moved(&comparison, &self.tolerances, &beyond, ends);
+        let mut moved = moved::moved(&comparison, &self.tolerances, &beyond, ends);
         let (within, bounds) = (beyond.is_empty(), self.tolerances.bounds());
         let difference = EventDifference::within(comparison, bounds, ends, [None; 2]);
+        // Signals are judged where there are no footsteps.
+        moved.extend(difference.first_signal_beyond());
         Ok(Compared {
             same: difference.same && within,
             parting,

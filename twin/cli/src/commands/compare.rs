@@ -14,6 +14,7 @@ use twinrig_record::{
 
 use super::diff::{Difference, cut_off};
 use crate::error::TwinError;
+use twinrig_report::number::percent;
 use twinrig_rig::report::seconds;
 
 /// Returns the footsteps of a leg that are beyond the bounds, in words; `a` is a baseline.
@@ -101,6 +102,13 @@ impl EventDifference {
         let is_complete = cut == [None; 2] && ends[0] == ends[1];
         difference.bit_for_bit = is_complete && difference.same && Difference::of(a, b).identical;
         Ok(difference)
+    }
+
+    /// Returns the first signal that is beyond its tolerance, in words, if signals are judged.
+    pub(super) fn first_signal_beyond(&self) -> Option<String> {
+        let first = self.first_signal.as_ref()?;
+        let share = percent(first.share);
+        Some(format!("{} differs by {share} of its range", first.name()))
     }
 
     pub(super) fn within(

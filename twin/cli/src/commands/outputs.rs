@@ -1,5 +1,5 @@
-//! Checks before a run that output files can be written. The checks leave no files or folders
-//! behind.
+//! Checks before a run that output files can be written, which leave no files or folders behind,
+//! and the writing of whole files.
 
 use std::fs;
 use std::io;
@@ -39,6 +39,25 @@ pub(super) fn check_file(path: &Path) -> Result<(), TwinError> {
         fs::remove_file(path).map_err(|source| failed(path, source))?;
     }
     Ok(())
+}
+
+/// Writes a file as a whole: one that exists stays as it was if that fails.
+pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), TwinError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".new");
+    let new = path.with_file_name(name);
+    let written = fs::write(&new, bytes).and_then(|()| fs::rename(&new, path));
+    written.map_err(|source| {
+        // It may not exist.
+        let _ = fs::remove_file(&new);
+        failed(path, source)
+    })
+}
+
+/// Returns whether two paths are of one existing file or folder.
+pub(super) fn is_same(a: &Path, b: &Path) -> bool {
+    let [a, b] = [a, b].map(fs::canonicalize);
+    a.is_ok_and(|a| b.is_ok_and(|b| a == b))
 }
 
 fn failed(path: &Path, source: io::Error) -> TwinError {

@@ -42,9 +42,9 @@ pub(super) fn report(registry: &Registry, args: &ReportArgs, terminal: &mut Term
     let path = args
         .out
         .clone()
-        .unwrap_or_else(|| page_path(&args.recordings[0]));
+        .unwrap_or_else(|| page_of(&args.recordings));
     let progress = terminal.interactive && !args.json;
-    match write_page(registry, &args.recordings, &path, progress) {
+    match write_page(registry, &args.recordings, false, &path, progress) {
         Ok(reported) => {
             if args.json {
                 terminal.print_json(&reported);
@@ -66,21 +66,69 @@ pub(super) fn report(registry: &Registry, args: &ReportArgs, terminal: &mut Term
     }
 }
 
+/// Returns the path of the page of recordings: beside the first one.
+fn page_of(recordings: &[PathBuf]) -> PathBuf {
+    let stem = |path: &Path| {
+        path.file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    match recordings {
+        [a, b] => a.with_file_name(format!("{}-and-{}.html", stem(a), stem(b))),
+        all => page_path(&all[0]),
+    }
+}
+
+/// Removes page and picture of an earlier run whose recording has been replaced.
+pub(super) fn remove_page(recording: &Path) {
+    let page = page_path(recording);
+    for path in [page.with_extension("svg"), page] {
+        // They may not exist.
+        let _ = std::fs::remove_file(path);
+    }
+}
+
 /// Returns the path of the page of a recording.
 pub(super) fn page_path(recording: &Path) -> PathBuf {
     recording.with_extension("html")
 }
 
-/// Writes the page of one or two recordings to `path`.
+/// Writes the page of one or two recordings to `path`; of two, the first may be the baseline of the
+/// second (`against`).
 pub(super) fn write_page(
     registry: &Registry,
     recordings: &[PathBuf],
+    against: bool,
     path: &Path,
     progress: bool,
 ) -> Result<Reported, TwinError> {
+    let picture_path = path.with_extension("svg");
+    let refused = |why: &str| TwinError::Refused {
+        path: path.to_owned(),
+        why: why.to_owned(),
+        help: "name another file by --out".to_owned(),
+    };
+    if recordings
+        .iter()
+        .any(|recording| outputs::is_same(recording, path))
+    {
+        return Err(refused("the page would replace the recording"));
+    }
+    if picture_path == path {
+        return Err(refused("the picture of the run would replace the page"));
+    }
     outputs::check_file(path)?;
     let runs = recordings.iter().map(|recording| {
         let recorded = open(recording)?;
+        if recorded.last_sample().is_none() {
+            return Err(TwinError::Refused {
+                path: recording.clone(),
+                why: "the recording has no samples: it was cut off, or its run did not start"
+                    .to_owned(),
+                help: "run the scenario again".to_owned(),
+            });
+        }
         let mut line = RunLine::new(progress);
         let name = recording.display().to_string();
         Ok(Run::open(registry, &name, recorded, Some(&mut line)))
@@ -88,29 +136,21 @@ pub(super) fn write_page(
     let runs: Vec<Run<'_>> = runs.collect::<Result<_, TwinError>>()?;
     let words = recordings.iter().map(|it| shell(&it.display().to_string()));
     let command = format!("twin report {}", words.collect::<Vec<_>>().join(" "));
-    let made = page(&runs, &command).map_err(|source| Error::Record {
+    let made = page(&runs, against, &command).map_err(|source| Error::Record {
         path: recordings[0].clone(),
         source,
     });
     let Page { html, opened_at_s } = made?;
-    std::fs::write(path, &html).map_err(|source| Error::Write {
-        path: path.to_owned(),
-        source,
-    })?;
+    outputs::write_whole(path, html.as_bytes())?;
     let picture = runs.last().map(|run| picture(run, opened_at_s));
     let picture = picture.transpose().map_err(|source| Error::Record {
         path: recordings[0].clone(),
         source,
     });
-    let picture = picture?.flatten().map(|svg| {
-        let path = path.with_extension("svg");
-        let written = std::fs::write(&path, svg);
-        let written = written.map_err(|source| Error::Write {
-            path: path.clone(),
-            source,
-        });
-        written.map(|()| path.display().to_string())
-    });
+    let picture = picture?.flatten();
+    if let Some(svg) = &picture {
+        outputs::write_whole(&picture_path, svg.as_bytes())?;
+    }
     let shown = runs.iter().map(|run| Shown {
         recording: run.path.clone(),
         repeated: run.is_repeated().is_ok(),
@@ -119,7 +159,7 @@ pub(super) fn write_page(
     Ok(Reported {
         page: path.display().to_string(),
         bytes: html.len(),
-        picture: picture.transpose()?,
+        picture: picture.map(|_| picture_path.display().to_string()),
         opened_at_s,
         recordings: shown.collect(),
     })

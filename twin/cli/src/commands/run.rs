@@ -19,9 +19,9 @@ use twinrig_scenario::{Scenario, Setting};
 
 use super::baseline::Baseline;
 use super::plant_comparison::{self, PlantComparison};
-use super::report::{page_path, write_page};
+use super::report::{page_path, remove_page, write_page};
 use super::{PLANT_KEY, Terminal, outputs, settings, source};
-use crate::args::{PagesOf, RunArgs, Settings};
+use crate::args::{RunArgs, Settings};
 use crate::error::TwinError;
 use crate::progress::{Progress, RunLine};
 use crate::report::{junit, table};
@@ -96,6 +96,10 @@ fn options(args: &RunArgs) -> Vec<String> {
         ("seeds", &seeds),
         ("duration", &args.duration),
         ("until", &args.until),
+        (
+            "against",
+            &args.against.as_ref().map(|it| it.display().to_string()),
+        ),
     ];
     let others = others.into_iter().filter_map(|(name, value)| {
         let value = value.as_ref()?;
@@ -108,6 +112,15 @@ fn options(args: &RunArgs) -> Vec<String> {
 fn check_outputs(args: &RunArgs) -> Result<(), TwinError> {
     if let Some(path) = &args.junit {
         outputs::check_file(path)?;
+    }
+    if let Some(baseline) = &args.against
+        && outputs::is_same(baseline, &args.out)
+    {
+        return Err(TwinError::Refused {
+            path: args.out.clone(),
+            why: "the recordings of the runs would replace the baseline".to_owned(),
+            help: "name another folder by --out".to_owned(),
+        });
     }
     if !args.no_record {
         outputs::check_folder(&args.out)?;
@@ -260,18 +273,27 @@ impl<'a> Session<'a> {
 
     /// Writes the page of a run, if it has a recording and one is asked for.
     fn write_page(&mut self, report: &mut Report, terminal: &mut Terminal<'_>) {
-        let includes = |pages: PagesOf| pages.includes(report.verdict);
         let recording = report.recording.as_ref().map(PathBuf::from);
-        let Some(recording) = recording.filter(|_| self.args.report.is_some_and(includes)) else {
+        let (Some(recording), Some(pages)) = (recording, self.args.report) else {
             return;
         };
+        if !pages.includes(report.verdict) {
+            remove_page(&recording);
+            return;
+        }
         let path = page_path(&recording);
         let progress = self.shows_progress(terminal);
         // A run that is not as its baseline is shown beside it.
         let against = report.against.as_ref().filter(|it| !it.same);
         let baseline = against.map(|it| PathBuf::from(&it.baseline));
         let recordings: Vec<PathBuf> = baseline.into_iter().chain([recording]).collect();
-        match write_page(self.registry, &recordings, &path, progress) {
+        match write_page(
+            self.registry,
+            &recordings,
+            recordings.len() > 1,
+            &path,
+            progress,
+        ) {
             Ok(_) => report.page = Some(path.display().to_string()),
             Err(error) => {
                 terminal.report_error(&error, self.args.json);

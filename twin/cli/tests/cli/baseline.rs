@@ -142,6 +142,7 @@ fn change_that_no_expectation_notices_fails_and_is_accepted() {
 fn difference_by_which_runs_part_is_that_of_the_changed_part() {
     let rig = Rig::new("baseline-parting");
     for (was, is, place) in [
+        ("lag = \"5 ms\"", "lag = \"6 ms\"", "in the drives: "),
         ("lag = \"5 ms\"", "lag = \"20 ms\"", "in the drives: "),
         (
             "speed = \"20 rad/s\"",
@@ -210,6 +211,18 @@ fn missing_foreign_or_damaged_baseline_is_an_error() {
     assert_eq!((code, &report["verdict"]), (2, &"error".into()));
     std::fs::remove_file(&kept).unwrap();
     refused(&rig.against(TROT), "has no recording of this run");
+    // Without its last bytes it may lack the last samples.
+    std::fs::write(&kept, &bytes[..bytes.len() - 7]).unwrap();
+    refused(&rig.against(TROT), "was cut off");
+    std::fs::remove_file(&kept).unwrap();
+    // The baseline is not replaced by the run that is compared with it.
+    let done = rig.run(TROT, &["--against", &rig.folder.join("out")]);
+    assert_eq!(done.code, 2);
+    assert!(
+        done.err.contains("would replace the baseline"),
+        "{}",
+        done.err
+    );
     // Nothing names what to take; and what was cut off is not taken.
     assert_eq!(rig.accept(&[]).code, 2);
     let cut = rig.folder.join("cut.mcap");
@@ -242,12 +255,24 @@ fn tolerances_are_those_of_the_baseline() {
         let text = format!("{wide}[signals]\n'{pattern}' = '{limit}'\n");
         with(&text)
     };
-    // One in another unit cannot be kept.
-    for (limit, code) in [("1 um", 1), ("0.1 %", 1), ("1 s", 1), ("1 m", 0)] {
+    // No signal of the name has that unit.
+    for (limit, code) in [("1 um", 1), ("0.1 %", 1), ("1 s", 2), ("1 m", 0)] {
         let (found, report) = limited("body/position", limit);
         assert_eq!(found, code, "{limit}: {report}");
     }
     assert_eq!(limited("body/*", "0.1 %").0, 1);
+    // Of those with wildcards, the limit is that of the signals in its unit.
+    assert_eq!(limited("body/*", "1 m").0, 0);
+    let (code, report) = limited("body/positoin", "1 m");
+    assert_eq!(code, 2);
+    let error = report["error"].as_str().unwrap();
+    assert!(
+        error.contains("no signal of the recordings matches `body/positoin`"),
+        "{error}"
+    );
+    // Equal runs are equal, whatever the limits.
+    std::fs::write(&kept, "[signals]\n'**' = '0 %'\n").unwrap();
+    assert_eq!(rig.against(TROT).0, 0);
     let one = |limit: &str| limited("body/position", limit);
     let (code, report) = one("1 um");
     assert_eq!(code, 1);
@@ -272,9 +297,50 @@ fn page_of_a_run_that_differs_shows_both() {
     let done = rig.run(&changed, &["--against", &kept, "--report=failed", "--json"]);
     let report = json(&done.out).remove(0);
     let page = std::fs::read_to_string(report["page"].as_str().unwrap()).unwrap();
-    assert!(page.contains("Comparison of two runs"));
+    assert!(page.contains("B, a run that differs from its baseline, A"));
     assert!(page.contains("B first differs from A at the ground: "));
     // One that passes has none.
     let done = rig.run(TROT, &["--against", &kept, "--report=failed", "--json"]);
     assert_eq!(json(&done.out).remove(0).get("page"), None);
+    // Nor is that of the recording which it replaces left.
+    assert!(!std::path::Path::new(&rig.folder.join("out/trot-seed3.html")).exists());
+}
+
+#[test]
+fn report_replaces_no_recording_and_leaves_no_half_of_a_page() {
+    let rig = Rig::new("baseline-report");
+    let recording = rig.recording();
+    let before = std::fs::read(&recording).unwrap();
+    let report = |words: &[&str]| twin(&[&["report"], words].concat());
+    let done = report(&[&recording, "--out", &recording]);
+    assert_eq!(done.code, 2);
+    assert!(
+        done.err.contains("would replace the recording"),
+        "{}",
+        done.err
+    );
+    assert_eq!(
+        report(&[&recording, "--out", &rig.folder.join("page.svg")]).code,
+        2
+    );
+    let empty = rig.folder.join("empty.mcap");
+    std::fs::write(&empty, &before[..1000]).unwrap();
+    let done = report(&[&empty]);
+    assert_eq!(done.code, 2);
+    assert!(done.err.contains("has no samples"), "{}", done.err);
+    let kept = rig.folder.join("kept/trot-seed3.mcap");
+    let done = report(&[&recording, &kept, "--json"]);
+    let written = json(&done.out).remove(0);
+    let page = written["page"].as_str().unwrap();
+    assert!(page.ends_with("trot-seed3-and-trot-seed3.html"), "{page}");
+    assert!(std::path::Path::new(written["picture"].as_str().unwrap()).exists());
+    assert_eq!(std::fs::read(&recording).unwrap(), before);
+    // Two of one name cannot both be kept.
+    let done = rig.accept(&[&recording, &kept]);
+    assert_eq!(done.code, 2);
+    assert!(
+        done.err.contains("two of the recordings have this name"),
+        "{}",
+        done.err
+    );
 }

@@ -8,6 +8,7 @@ use twinrig_record::SignalDrift;
 use twinrig_scenario::matches;
 
 use super::super::compare::Bounds;
+use crate::error::TwinError;
 
 /// Text of the file that `twin accept` makes.
 pub const TEMPLATE: &str = "\
@@ -55,25 +56,56 @@ impl Tolerances {
         self.bounds
     }
 
-    /// Returns the components of signals that are beyond their tolerances.
+    /// Checks that each pattern of `file` has signals with a fitting unit.
+    pub(super) fn check(&self, signals: &[SignalDrift], file: &Path) -> Result<(), TwinError> {
+        for (pattern, limit) in &self.signals {
+            let named = signals.iter().filter(|it| matches(pattern, &it.signal));
+            let mut units: Vec<&str> = named.map(|it| it.unit.as_str()).collect();
+            if units.iter().any(|unit| limit.fits(unit)) {
+                continue;
+            }
+            units.dedup();
+            let why = match &*units {
+                [] => format!("no signal of the recordings matches `{pattern}`"),
+                units => format!("`{pattern}` is in {}", units.join(", ")),
+            };
+            return Err(TwinError::Refused {
+                path: file.to_owned(),
+                why,
+                help: "name signals of both recordings, with limits in their units or in %"
+                    .to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Returns the components of signals that are beyond their tolerances. Of a pattern for signals
+    /// of several units, the limit is that of those in its unit.
     pub(super) fn beyond<'s>(&self, signals: &'s [SignalDrift]) -> Vec<&'s SignalDrift> {
         let beyond = signals.iter().filter(|drift| {
-            let limit = self
-                .signals
-                .iter()
-                .find(|(it, _)| matches(it, &drift.signal));
+            let mut limits = self.signals.iter();
+            let limit = limits.find(|(pattern, limit)| {
+                matches(pattern, &drift.signal) && limit.fits(&drift.unit)
+            });
             match limit {
                 Some((_, Limit::Share(most))) => {
                     drift.aligned.share.is_some_and(|share| share > *most)
                 }
-                // A limit in another unit is exceeded: it cannot be kept.
-                Some((_, Limit::Absolute(most, unit))) => {
-                    unit.symbol() != drift.unit || drift.aligned.max > *most
-                }
+                Some((_, Limit::Absolute(most, _))) => drift.aligned.max > *most,
                 None => false,
             }
         });
         beyond.collect()
+    }
+}
+
+impl Limit {
+    /// Returns whether it limits signals in the unit with this symbol.
+    fn fits(self, unit: &str) -> bool {
+        match self {
+            Self::Share(_) => true,
+            Self::Absolute(_, of) => of.symbol() == unit,
+        }
     }
 }
 
