@@ -41,11 +41,31 @@ impl Observer for Fingerprint {
 /// end of processes and tasks, and skips that follow from the periods, are frequent and follow from
 /// the scenario; they enter only the fingerprint.
 impl<W: Write> Observer for Recorder<W> {
+    #[inline]
     fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
         self.sample(now, group, values);
     }
 
+    #[inline]
     fn event(&mut self, now: SimTime, event: RunEvent) {
+        if !matches!(
+            event,
+            RunEvent::ProcessBegin { .. }
+                | RunEvent::ProcessEnd
+                | RunEvent::TaskBegin { .. }
+                | RunEvent::TaskEnd { .. }
+        ) {
+            self.exceptional_event(now, event);
+        }
+    }
+
+    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
+        self.bytes(now, trace, bytes);
+    }
+}
+
+impl<W: Write> Recorder<W> {
+    fn exceptional_event(&mut self, now: SimTime, event: RunEvent) {
         let event_message = |event: &str| EventMessage {
             event: event.to_owned(),
             part: None,
@@ -80,10 +100,6 @@ impl<W: Write> Observer for Recorder<W> {
             | RunEvent::TaskEnd { .. }
             | RunEvent::TaskSkipped { .. } => {}
         }
-    }
-
-    fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
-        self.bytes(now, trace, bytes);
     }
 }
 

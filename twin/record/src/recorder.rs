@@ -170,6 +170,7 @@ impl<W: Write> Recorder<W> {
         }
     }
 
+    #[inline]
     fn try_sample(
         &mut self,
         now: SimTime,
