@@ -22,6 +22,7 @@
 //! | `assembly` | from a file to a rig |
 //! | `run` | execution, observers, judging, continuation on another plant, hardware |
 //! | `report` | the result as data |
+//! | `scenario_text` | a scenario with other settings and further changes, for another folder |
 //! | `fmu` | FMUs of scenarios and their instances |
 //!
 //! # Limits
@@ -42,6 +43,7 @@ mod plant_id;
 pub mod registry;
 pub mod report;
 pub mod run;
+pub mod scenario_text;
 pub mod start;
 
 pub use assembly::{Assembly, AssemblyBuilder};

@@ -133,7 +133,7 @@ pub use limits::{Comparison, Limits};
 pub use loads::{PayloadSpec, SurfaceSpec};
 pub use options::{Accepts, OptionSpec, OptionValue, Options};
 pub use pattern::Pattern;
-pub use read::language;
+pub use read::{language, print_duration};
 pub use recovery::{Recovery, TrunkQuantity};
 pub use scenario::{
     Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec, FootstepSpec,

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use twinrig_campaign::optimization::OptimizationResult;
 use twinrig_campaign::sweep::Partition;
 use twinrig_report::number::precise;
+use twinrig_rig::scenario_text::ScenarioText;
 use twinrig_scenario::Setting;
 
-use super::best::ScenarioText;
 use super::evaluation_class;
 use super::plan::OptimizationPlan;
 use crate::error::Error;
@@ -113,5 +113,5 @@ fn best(
         text: plan.document.text(),
         to: folder,
     };
-    scenario.with(&settings, &header).map(Some)
+    Ok(Some(scenario.with(&settings, &header)?))
 }

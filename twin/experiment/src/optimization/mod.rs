@@ -7,7 +7,6 @@
 //! claim depends on falls). The swarm of `argmin` asks for costs in the midst of an iteration; a
 //! copy of it is stopped there (`SwarmSearch`).
 
-mod best;
 pub(crate) mod execute;
 mod files;
 pub(crate) mod outcome;

@@ -231,6 +231,11 @@ impl<'r> Assembly<'r> {
         })
     }
 
+    /// Returns the kinds of parts of which it is built.
+    pub fn registry(&self) -> &'r Registry {
+        self.registry
+    }
+
     /// Returns the scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -370,7 +375,7 @@ impl<'r> Assembly<'r> {
     }
 
     /// Returns the changes of process variables with their times.
-    pub(crate) fn changes(&self) -> impl Iterator<Item = (SimTime, &str, Change)> {
+    pub fn changes(&self) -> impl Iterator<Item = (SimTime, &str, Change)> {
         let changes = self.scenario().changes.iter();
         changes.map(|change| (change.at, change.variable.as_str(), change.change))
     }

@@ -372,7 +372,7 @@ fn leading_power_of_ten(nanos: u64) -> u64 {
 }
 
 /// Returns a duration in the notation of a scenario, in the largest unit that leaves no fraction.
-pub(crate) fn print_duration(duration: SimDuration) -> String {
+pub fn print_duration(duration: SimDuration) -> String {
     let nanos = duration.as_nanos();
     let units = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")];
     let fits = |(size, _): &&(u64, &str)| nanos.is_multiple_of(*size);

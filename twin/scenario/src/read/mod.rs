@@ -24,7 +24,8 @@ mod sensor;
 mod time;
 mod vector;
 
-pub(crate) use checks::{code, print_duration};
+pub(crate) use checks::code;
+pub use checks::print_duration;
 pub(crate) use controller::NO_CONTROLLER;
 pub(crate) use limits::limits_table;
 pub(crate) use plant::robot_keys;

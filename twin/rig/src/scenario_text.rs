@@ -1,12 +1,12 @@
-//! The scenario with other settings written into its text.
+//! The text of a scenario with other settings and further changes, for another folder.
 
 use std::path::{Component, Path, PathBuf};
 
-use toml_edit::{DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 use twinrig_document::{DocumentError, Problem};
-use twinrig_rig::error::Error as RigError;
+use twinrig_kernel::SimTime;
 use twinrig_robot::RobotFile;
-use twinrig_scenario::Setting;
+use twinrig_scenario::{Setting, print_duration};
 
 use crate::error::Error;
 
@@ -15,25 +15,55 @@ const SCHEMA: &str = "#:schema ";
 /// Key of the robot.
 const ROBOT: &str = "robot";
 
+/// Key of the changes of process variables.
+const CHANGES: &str = "change";
+
 /// A scenario file whose text is changed.
-pub(super) struct ScenarioText<'t> {
+pub struct ScenarioText<'t> {
     /// Its path, as given.
     pub path: &'t Path,
+    /// Its text.
     pub text: &'t str,
     /// Folder that the changed text is written to.
     pub to: &'t Path,
 }
 
+/// A change that is appended to a scenario.
+pub struct AppendedChange<'t> {
+    /// Time.
+    pub at: SimTime,
+    /// Process variable.
+    pub variable: &'t str,
+    /// Its new value, with its unit.
+    pub to: String,
+}
+
 impl ScenarioText<'_> {
     /// Returns the text with `settings` in place of its values, and with `header` as a comment.
     /// Comments and order stay; paths of files are those from the new folder.
+    ///
+    /// # Errors
+    /// A text that is no TOML, or a setting of a key below one that is no table.
     pub fn with(&self, settings: &[Setting], header: &[String]) -> Result<String, Error> {
+        self.with_changes(settings, &[], header)
+    }
+
+    /// Returns the text as [`Self::with`] does, with `changes` after those that it has.
+    ///
+    /// # Errors
+    /// As [`Self::with`].
+    pub fn with_changes(
+        &self,
+        settings: &[Setting],
+        changes: &[AppendedChange<'_>],
+        header: &[String],
+    ) -> Result<String, Error> {
         let failed = |error: &dyn ToString, help: &str| {
             let file = self.path.display().to_string();
             let problem = Problem::of_file(file, error.to_string(), help.to_owned());
-            Error::from(RigError::Document(DocumentError {
+            Error::from(DocumentError {
                 problems: vec![problem],
-            }))
+            })
         };
         let parsed: Result<DocumentMut, _> = self.text.parse();
         let mut document = parsed.map_err(|error| failed(&error, ""))?;
@@ -44,6 +74,9 @@ impl ScenarioText<'_> {
                 let message = format!("`{name}` is no table");
                 failed(&message, "leave out the setting of a key below it")
             })?;
+        }
+        if !append_changes(&mut document, changes) {
+            return Err(failed(&"`change` is no list of tables", ""));
         }
         self.relocate(document.as_table_mut());
         let text = document.to_string();
@@ -131,6 +164,30 @@ fn set(item: &mut Item, name: &str, keys: &[Key], value: Value) -> Result<(), St
         item.get_mut(index)
     };
     set(inner.ok_or_else(other)?, key.get(), rest, value)
+}
+
+/// Appends changes to those of a scenario; returns whether that was possible.
+fn append_changes(document: &mut DocumentMut, changes: &[AppendedChange<'_>]) -> bool {
+    if changes.is_empty() {
+        return true;
+    }
+    let list = document
+        .as_table_mut()
+        .entry(CHANGES)
+        .or_insert_with(|| Item::ArrayOfTables(ArrayOfTables::new()));
+    for change in changes {
+        let mut table = InlineTable::new();
+        let at = print_duration(change.at.since_start());
+        for (key, value) in [("at", &*at), ("set", change.variable), ("to", &change.to)] {
+            table.insert(key, value.into());
+        }
+        match list {
+            Item::ArrayOfTables(tables) => tables.push(table.into_table()),
+            Item::Value(Value::Array(values)) => values.push(table),
+            _ => return false,
+        }
+    }
+    true
 }
 
 /// Appends an empty table to a list if `index` is the one after its last.
@@ -260,6 +317,34 @@ mod tests {
         assert_eq!(written, expected);
         let error = source.with(&[setting("name.first", "1")], &[]).unwrap_err();
         assert!(error.to_string().contains("`name` is no table"), "{error}");
+    }
+
+    #[test]
+    fn changes_follow_those_of_the_text() {
+        let change = AppendedChange {
+            at: SimTime::from_nanos(1_500_000_000),
+            variable: "frequency",
+            to: "2.5 Hz".to_owned(),
+        };
+        let with = |text: &str| {
+            let source = ScenarioText {
+                path: Path::new("walk.toml"),
+                text,
+                to: Path::new("."),
+            };
+            source.with_changes(&[], std::slice::from_ref(&change), &[])
+        };
+        let appended = "[[change]]\nat = \"1500 ms\"\nset = \"frequency\"\nto = \"2.5 Hz\"\n";
+        let alone = with("duration = \"3 s\"\n").unwrap();
+        assert!(alone.ends_with(&format!("\n{appended}")), "{alone}");
+        let first = "[[change]]\nat = \"1 s\"\nset = \"ramp\"\nby = \"1 s\"\n\n[record]\n";
+        let after = with(first).unwrap();
+        let places = ["ramp", appended, "[record]"].map(|it| after.find(it).unwrap());
+        assert!(places.is_sorted(), "{after}");
+        let inline = with("change = [{ at = \"1 s\", set = \"ramp\", to = 1 }]\n").unwrap();
+        assert!(inline.contains("}, { at = \"1500 ms\""), "{inline}");
+        let error = with("change = 1\n").unwrap_err();
+        assert!(error.to_string().contains("no list of tables"), "{error}");
     }
 
     #[test]

@@ -1,0 +1,84 @@
+//! Changes of a run on the way, and the scenario that has them.
+
+use std::path::Path;
+
+use twinrig_document::print_quantity;
+use twinrig_kernel::{SimTime, Unit};
+use twinrig_record::Digest;
+use twinrig_rig::Assembly;
+use twinrig_rig::scenario_text::{AppendedChange, ScenarioText};
+
+use crate::error::LiveError;
+
+/// Change of a process variable in a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Act {
+    /// Instant at which the run was when it was made.
+    pub made: SimTime,
+    /// Control step at which it is applied.
+    pub at: SimTime,
+    /// Index of the process variable.
+    pub variable: usize,
+    /// Its new value.
+    pub value: f64,
+}
+
+/// A run: the scenario with acts.
+#[derive(Clone, Debug, Default)]
+pub struct Branch {
+    /// Branch in whose past it began; none: it is the run of the scenario.
+    pub parent: Option<usize>,
+    /// Instant at which it began.
+    pub begin: SimTime,
+    /// Changes, in the order in which they were made.
+    pub acts: Vec<Act>,
+    /// Latest instant that it reached.
+    pub reached: SimTime,
+    /// Fingerprint of the run up to there.
+    pub fingerprint: Option<Digest>,
+}
+
+impl Branch {
+    /// Returns the instant up to which two branches are the same run.
+    pub(crate) fn common(&self, other: &Self) -> SimTime {
+        let pairs = self.acts.iter().zip(&other.acts);
+        let same = pairs.take_while(|(one, two)| one == two).count();
+        let made = |branch: &Self| branch.acts.get(same).map_or(SimTime::MAX, |act| act.made);
+        made(self).min(made(other))
+    }
+
+    /// Returns the scenario of the branch, for a file in the folder `to`; `variables` are names and
+    /// units.
+    pub(crate) fn text(
+        &self,
+        assembly: &Assembly<'_>,
+        variables: &[(String, Unit)],
+        to: &Path,
+    ) -> Result<String, LiveError> {
+        let scenario = assembly.scenario();
+        let changes = self.acts.iter().map(|act| {
+            let (variable, unit) = &variables[act.variable];
+            AppendedChange {
+                at: act.at,
+                variable,
+                to: print_quantity(act.value, *unit),
+            }
+        });
+        let changes: Vec<_> = changes.collect();
+        let source = ScenarioText {
+            path: Path::new(&scenario.file),
+            text: &scenario.text,
+            to,
+        };
+        let header = match self.parent {
+            None => format!("{}, with {} live changes.", scenario.file, changes.len()),
+            Some(_) => format!(
+                "{}, another future from {} on, with {} live changes.",
+                scenario.file,
+                self.begin,
+                changes.len()
+            ),
+        };
+        Ok(source.with_changes(&scenario.settings, &changes, &[header])?)
+    }
+}

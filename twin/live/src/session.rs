@@ -1,0 +1,532 @@
+//! Time travel and changes of a rig in virtual time.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use twinrig_kernel::{SimDuration, SimTime, Unit, near_misses};
+use twinrig_record::Digest;
+use twinrig_rig::Assembly;
+use twinrig_runtime::{Change, Observer, ProcessVariable, Rig, RigError, catch_panic};
+use twinrig_scenario::{Outcome, RunEnd};
+
+use crate::branch::{Act, Branch};
+use crate::error::LiveError;
+use crate::snapshots::{Reach, Saved, Snapshots};
+use crate::watch::{Event, Events, Watch, Watched};
+
+/// Why a run does not go on. It can be sought back.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ended {
+    /// The scenario has ended.
+    Scenario,
+    /// The robot has fallen, which ends the run.
+    Fall,
+    /// The plant has ended the run regularly.
+    Plant,
+    /// A part has failed, or the program is requested to end.
+    Failed(String),
+}
+
+/// Value that a variable is to have.
+#[derive(Clone, Copy, Debug)]
+struct Target {
+    value: f64,
+    /// Greatest change per second; none: at once.
+    slew: Option<f64>,
+}
+
+/// A run in virtual time that is advanced, sought back and changed.
+///
+/// A change is applied at the control step after the present instant, as a `[[change]]` at that
+/// instant is. One that is made in the past of the branch, at an earlier instant than the branch
+/// has reached, begins another branch; without a change, the branch goes on as it did.
+pub struct Session<'a> {
+    assembly: &'a Assembly<'a>,
+    rig: Rig,
+    watch: Watch,
+    events: Events,
+    /// Instant up to which all events have been handled.
+    now: SimTime,
+    ended: Option<Ended>,
+    branches: Vec<Branch>,
+    /// Index of the present branch.
+    present: usize,
+    /// Number of its acts that the rig knows.
+    scheduled: usize,
+    /// Changes to be made, by index of the variable.
+    targets: BTreeMap<usize, Target>,
+    snapshots: Result<Snapshots, String>,
+    variables: Vec<(String, Unit)>,
+}
+
+/// Memory that a judge takes at most: of a scenario without expectations, and of each of them
+/// \[bytes\].
+const JUDGE_BYTES: [usize; 2] = [64 << 10, 32 << 10];
+
+impl<'a> Session<'a> {
+    /// Creates a session at the start of the scenario, whose saved states take `limit` bytes at
+    /// most.
+    ///
+    /// # Errors
+    /// [`LiveError::Rig`] if the rig cannot be built.
+    pub fn new(assembly: &'a Assembly<'a>, limit: usize) -> Result<Self, LiveError> {
+        let mut rig = assembly.rig()?;
+        let watch = Watch::new(assembly, &rig);
+        let saved = rig.save();
+        let snapshots = match rig.restore(&saved) {
+            Ok(()) => {
+                let [judge, of_each] = JUDGE_BYTES;
+                let watch_bytes = judge + of_each * assembly.scenario().expectations.len();
+                let start = Saved {
+                    at: SimTime::ZERO,
+                    rig: saved,
+                    watch: watch.clone(),
+                    scheduled: 0,
+                };
+                Ok(Snapshots::new(start, watch_bytes, limit))
+            }
+            Err(error) => {
+                rig = assembly.rig()?;
+                Err(assembly.rig_error(error).to_string())
+            }
+        };
+        let variables = rig.process().variables().iter();
+        let variables = variables.map(|it| (it.name().to_owned(), it.unit()));
+        Ok(Self {
+            assembly,
+            variables: variables.collect(),
+            rig,
+            watch,
+            events: Events::default(),
+            now: SimTime::ZERO,
+            ended: None,
+            branches: vec![Branch::default()],
+            present: 0,
+            scheduled: 0,
+            targets: BTreeMap::new(),
+            snapshots,
+        })
+    }
+
+    /// Returns the rig, for its layouts, names, variables and traffic.
+    pub fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    /// Returns the instant up to which all events have been handled.
+    pub fn now(&self) -> SimTime {
+        self.now
+    }
+
+    /// Returns why the run does not go on; none if it does.
+    pub fn ended(&self) -> Option<&Ended> {
+        self.ended.as_ref()
+    }
+
+    /// Returns all branches; the first is the run of the scenario.
+    pub fn branches(&self) -> &[Branch] {
+        &self.branches
+    }
+
+    /// Returns the index of the present branch.
+    pub fn present(&self) -> usize {
+        self.present
+    }
+
+    /// Returns the fingerprint of the run up to the present instant.
+    pub fn fingerprint(&self) -> Digest {
+        self.watch.fingerprint.digest()
+    }
+
+    /// Returns the newest events, and the number of all so far.
+    pub fn events(&self) -> (impl Iterator<Item = &Event>, u64) {
+        (self.events.newest.iter(), self.events.count)
+    }
+
+    /// Returns how far back the run can be sought.
+    ///
+    /// # Errors
+    /// [`LiveError::NoPast`] if a part does not save its state.
+    pub fn reach(&self) -> Result<Reach, LiveError> {
+        Ok(self.snapshots()?.reach())
+    }
+
+    fn snapshots(&self) -> Result<&Snapshots, LiveError> {
+        let snapshots = self.snapshots.as_ref();
+        snapshots.map_err(|why| LiveError::NoPast(why.clone()))
+    }
+
+    /// Returns the outcomes that the expectations would have if the scenario ended now.
+    pub fn outcomes(&self) -> Vec<Outcome> {
+        let mut judge = self.watch.judge.clone();
+        judge.end_at(self.now);
+        let plant = self.rig.plant();
+        judge.finish(&RunEnd {
+            at: self.now,
+            energy: Some(plant.energy()),
+            work: Some(plant.work()),
+            real_time_factor: None,
+            buses: &self.rig.buses(),
+        })
+    }
+
+    /// Lets a variable of the controller have a value from the next control step on. With `slew`,
+    /// the greatest change per second, it is approached in steps, one at each control step.
+    ///
+    /// # Errors
+    /// [`LiveError::NoSuchVariable`], or [`LiveError::Refused`] if the controller would refuse the
+    /// value now.
+    pub fn set(&mut self, variable: &str, value: f64, slew: Option<f64>) -> Result<(), LiveError> {
+        let names = || self.variables.iter().map(|(name, _)| name.as_str());
+        let Some(index) = names().position(|name| name == variable) else {
+            let near = near_misses(variable, names()).into_iter();
+            return Err(LiveError::NoSuchVariable {
+                name: variable.to_owned(),
+                near: near.map(str::to_owned).collect(),
+            });
+        };
+        if let Some(rate) = slew
+            && !(rate > 0.0 && rate.is_finite())
+        {
+            return Err(LiveError::Refused(format!(
+                "a rate of {rate} is not above 0"
+            )));
+        }
+        let checked = self.rig.check_values(&[(index, value)]);
+        checked.map_err(|error| LiveError::Refused(refusal(error)))?;
+        self.targets.insert(index, Target { value, slew });
+        Ok(())
+    }
+
+    /// Returns the variables of the controller with their present values.
+    pub fn variables(&self) -> &[ProcessVariable] {
+        self.rig.process().variables()
+    }
+
+    /// Returns the value that a variable is to have, by its index.
+    pub fn target(&self, variable: usize) -> Option<f64> {
+        if let Some(target) = self.targets.get(&variable) {
+            return Some(target.value);
+        }
+        Some(self.commanded(variable)?.1)
+    }
+
+    /// Returns the last value of a variable that an act gives or that it has, and the time from
+    /// which it has it.
+    fn commanded(&self, variable: usize) -> Option<(SimTime, f64)> {
+        let made = self.branches[self.present].acts[..self.scheduled].iter();
+        let last = made.rev().find(|act| act.variable == variable);
+        let pending = last.filter(|act| act.at > self.now);
+        pending.map(|act| (act.at, act.value)).or_else(|| {
+            let variable = self.variables().get(variable)?;
+            Some((self.now, variable.value()))
+        })
+    }
+
+    /// Advances to `to`, or to where the run ends.
+    pub fn advance(&mut self, to: SimTime, caller: &mut dyn Observer) {
+        self.run(to, false, caller);
+    }
+
+    /// Advances to the next event, at most to `limit`, and returns the newest event if there was
+    /// one.
+    pub fn advance_to_event(
+        &mut self,
+        limit: SimTime,
+        caller: &mut dyn Observer,
+    ) -> Option<&Event> {
+        self.run(limit, true, caller).then_some(())?;
+        self.events.newest.back()
+    }
+
+    /// Advances to `to`, or to the next event; returns whether there was one.
+    fn run(&mut self, to: SimTime, to_event: bool, caller: &mut dyn Observer) -> bool {
+        let to = to.min(self.assembly.end());
+        let mut is_at_event = false;
+        while self.ended.is_none() && self.now < to && !is_at_event {
+            self.make_acts();
+            is_at_event = self.run_undisturbed(self.next_stop(to), to_event, caller);
+            if self.ended.is_none() {
+                self.save();
+            }
+        }
+        if self.now >= self.assembly.end() && self.ended.is_none() {
+            self.ended = Some(Ended::Scenario);
+        }
+        let fingerprint = self.fingerprint();
+        let branch = &mut self.branches[self.present];
+        if self.now >= branch.reached {
+            branch.reached = self.now;
+            branch.fingerprint = Some(fingerprint);
+        }
+        is_at_event
+    }
+
+    /// Returns the next instant at which something is done between events, at most `to`.
+    fn next_stop(&self, to: SimTime) -> SimTime {
+        let scenario = self.assembly.scenario();
+        let after = |period: twinrig_kernel::SimDuration| next_multiple(self.now, period);
+        let observation = scenario
+            .ends_with_a_fall()
+            .then(|| after(scenario.observe.period));
+        let saving = self.snapshots.as_ref().ok().map(|it| it.next(self.now));
+        let act = self.branches[self.present].acts.get(self.scheduled);
+        let act = act.map(|act| act.made);
+        let step = (!self.targets.is_empty()).then(|| after(self.rig.period()));
+        let stops = [observation, saving, act, step].into_iter().flatten();
+        stops.fold(to, SimTime::min)
+    }
+
+    fn run_undisturbed(&mut self, to: SimTime, to_event: bool, caller: &mut dyn Observer) -> bool {
+        let before = self.events.count;
+        let Self {
+            rig, watch, events, ..
+        } = self;
+        let mut watched = Watched {
+            watch,
+            events,
+            caller,
+        };
+        let ran = catch_panic(|| {
+            if !to_event {
+                return rig.run_until(to, &mut watched).map(|()| to);
+            }
+            while let Some(time) = rig.step(to, &mut watched)? {
+                if watched.events.count > before {
+                    rig.run_until(time, &mut watched)?;
+                    return Ok(time);
+                }
+            }
+            Ok(to)
+        });
+        match ran {
+            Ok(Ok(reached)) => self.now = reached,
+            Ok(Err(RigError::Plant(fault))) if self.rig.plant().has_ended() => {
+                self.watch.judge.end_at(fault.time);
+                self.now = fault.time;
+                self.ended = Some(Ended::Plant);
+            }
+            Ok(Err(error)) => {
+                self.now = self.rig.now();
+                let text = self.assembly.rig_error(error).to_string();
+                self.ended = Some(Ended::Failed(text));
+            }
+            Err(panic) => {
+                self.now = self.rig.now();
+                self.ended = Some(Ended::Failed(panic.to_string()));
+            }
+        }
+        if self.ended.is_none() && self.watch.judge.ended_at().is_some() {
+            self.ended = Some(Ended::Fall);
+        }
+        to_event && self.events.count > before
+    }
+
+    /// Schedules the acts of the branch that were made now, and turns targets into acts.
+    fn make_acts(&mut self) {
+        while let Some(act) = self.branches[self.present].acts.get(self.scheduled)
+            && act.made <= self.now
+            && self.targets.is_empty()
+        {
+            let act = act.clone();
+            self.schedule(&act);
+        }
+        if self.targets.is_empty() {
+            return;
+        }
+        self.leave_past();
+        let period = self.rig.period();
+        let at = next_multiple(self.now, period);
+        let targets: Vec<(usize, Target)> = self
+            .targets
+            .iter()
+            .map(|(&index, &target)| (index, target))
+            .collect();
+        for (variable, target) in targets {
+            let Some((since, present)) = self.commanded(variable) else {
+                continue;
+            };
+            // One change of a variable at an instant.
+            if since >= at || self.is_changed_by_scenario(variable, at) {
+                continue;
+            }
+            let step = target
+                .slew
+                .map_or(f64::INFINITY, |rate| rate * period.as_secs_f64());
+            let value = if (target.value - present).abs() <= step {
+                self.targets.remove(&variable);
+                target.value
+            } else {
+                present + step.copysign(target.value - present)
+            };
+            let act = Act {
+                made: self.now,
+                at,
+                variable,
+                value,
+            };
+            self.branches[self.present].acts.push(act.clone());
+            self.schedule(&act);
+        }
+    }
+
+    fn is_changed_by_scenario(&self, variable: usize, at: SimTime) -> bool {
+        let name = &self.variables[variable].0;
+        let mut changes = self.assembly.scenario().changes.iter();
+        changes.any(|change| change.at == at && change.variable == *name)
+    }
+
+    /// Begins a branch if the present one has gone on from here already.
+    fn leave_past(&mut self) {
+        let branch = &self.branches[self.present];
+        if self.now >= branch.reached && self.scheduled == branch.acts.len() {
+            return;
+        }
+        let acts = branch.acts[..self.scheduled].to_vec();
+        self.branches.push(Branch {
+            parent: Some(self.present),
+            begin: self.now,
+            acts,
+            reached: self.now,
+            fingerprint: Some(self.fingerprint()),
+        });
+        self.present = self.branches.len() - 1;
+        if let Ok(snapshots) = &mut self.snapshots {
+            snapshots.truncate(self.now);
+        }
+    }
+
+    fn schedule(&mut self, act: &Act) {
+        let name = &self.variables[act.variable].0;
+        if let Err(error) = self.rig.schedule(act.at, name, Change::To(act.value)) {
+            let text = self.assembly.rig_error(error).to_string();
+            self.ended = Some(Ended::Failed(text));
+        }
+        self.scheduled += 1;
+    }
+
+    /// Saves the present state, if that is due.
+    fn save(&mut self) {
+        let Ok(snapshots) = &mut self.snapshots else {
+            return;
+        };
+        let is_due = snapshots.next(SimTime::from_nanos(self.now.as_nanos() - 1)) == self.now;
+        if is_due && snapshots.lacks(self.now) {
+            snapshots.add(Saved {
+                at: self.now,
+                rig: self.rig.save(),
+                watch: self.watch.clone(),
+                scheduled: self.scheduled,
+            });
+        }
+    }
+
+    /// Goes to an instant of the present branch: back to a saved state and forth from there, or on.
+    ///
+    /// # Errors
+    /// [`LiveError::PastEnd`], or [`LiveError::NoPast`] if a part does not save its state.
+    pub fn seek(&mut self, at: SimTime, caller: &mut dyn Observer) -> Result<(), LiveError> {
+        let end = self.assembly.end();
+        if at > end {
+            return Err(LiveError::PastEnd { at, end });
+        }
+        self.targets.clear();
+        if at < self.now || self.ended.is_some() {
+            self.restore(at)?;
+        }
+        self.advance(at, caller);
+        Ok(())
+    }
+
+    /// Goes to a branch, at the instant that it has reached or at an earlier one.
+    ///
+    /// # Errors
+    /// [`LiveError::NoSuchBranch`], or as [`Self::seek`].
+    pub fn select(
+        &mut self,
+        branch: usize,
+        at: Option<SimTime>,
+        caller: &mut dyn Observer,
+    ) -> Result<(), LiveError> {
+        let Some(other) = self.branches.get(branch) else {
+            let count = self.branches.len();
+            return Err(LiveError::NoSuchBranch { branch, count });
+        };
+        let at = at.map_or(other.reached, |at| at.min(other.reached));
+        let common = other.common(&self.branches[self.present]);
+        self.snapshots()?;
+        self.targets.clear();
+        self.present = branch;
+        if let Ok(snapshots) = &mut self.snapshots {
+            snapshots.truncate(common);
+        }
+        self.restore(at)?;
+        self.advance(at, caller);
+        Ok(())
+    }
+
+    /// Restores the latest saved state at `at` or before.
+    fn restore(&mut self, at: SimTime) -> Result<(), LiveError> {
+        let saved = self.snapshots()?.before(at).clone();
+        if matches!(self.ended, Some(Ended::Failed(_))) {
+            // After a panic of a part, no part is called again.
+            self.rig = self.assembly.rig()?;
+        }
+        let restored = self.rig.restore(&saved.rig);
+        restored.map_err(|error| LiveError::NoPast(self.assembly.rig_error(error).to_string()))?;
+        self.watch = saved.watch;
+        self.scheduled = saved.scheduled;
+        self.now = saved.at;
+        self.ended = None;
+        self.events.truncate(self.now);
+        Ok(())
+    }
+
+    /// Returns the scenario of a branch, for a file in the folder `to`: read again, it has the
+    /// changes of the branch.
+    ///
+    /// # Errors
+    /// [`LiveError::NoSuchBranch`], or [`LiveError::Branch`] if the scenario has other changes than
+    /// the branch.
+    pub fn text_of(&self, branch: usize, to: &Path) -> Result<String, LiveError> {
+        let count = self.branches.len();
+        let no_such = LiveError::NoSuchBranch { branch, count };
+        let branch = self.branches.get(branch).ok_or(no_such)?;
+        let text = branch.text(self.assembly, &self.variables, to)?;
+        self.check(branch, &text, to)?;
+        Ok(text)
+    }
+
+    /// Checks that the text of a branch has the changes of the scenario and those of the branch.
+    fn check(&self, branch: &Branch, text: &str, folder: &Path) -> Result<(), LiveError> {
+        let file = &self.assembly.scenario().file;
+        let builder = Assembly::builder(self.assembly.registry());
+        let read = builder.text(file, text, folder);
+        let read = read.map_err(|error| LiveError::Branch(error.to_string()))?;
+        let acts = branch.acts.iter().map(|act| {
+            let (name, _) = &self.variables[act.variable];
+            (act.at, name.as_str(), Change::To(act.value))
+        });
+        let mut expected: Vec<_> = self.assembly.changes().chain(acts).collect();
+        expected.sort_by_key(|(at, ..)| *at);
+        if read.changes().eq(expected) {
+            return Ok(());
+        }
+        let why = "a change by an amount, later in the scenario, would be another one";
+        Err(LiveError::Branch(why.to_owned()))
+    }
+}
+
+/// Returns the first multiple of `period` after `now`.
+fn next_multiple(now: SimTime, period: SimDuration) -> SimTime {
+    let period = period.as_nanos().max(1);
+    SimTime::from_nanos((now.as_nanos() / period + 1).saturating_mul(period))
+}
+
+/// Returns the reason for which a value is refused, without the time.
+fn refusal(error: RigError) -> String {
+    match error {
+        RigError::Change { source, .. } => source.to_string(),
+        error => error.to_string(),
+    }
+}
