@@ -346,8 +346,9 @@ impl<'a> Session<'a> {
             let Some((since, present)) = self.commanded(variable) else {
                 continue;
             };
-            // One change of a variable at an instant.
-            if since >= at || self.is_changed_by_scenario(variable, at) {
+            // One change of a variable at an instant, and none that a scenario may not have.
+            if at >= self.assembly.end() || since >= at || self.is_changed_by_scenario(variable, at)
+            {
                 continue;
             }
             let step = target

@@ -12,6 +12,7 @@ use twinrig_rig::{Assembly, Execution, Registry, execute_observed};
 enum Visit {
     Advance(SimDuration),
     ToEvent,
+    Back(SimDuration),
     /// Back or forth to a share of the scenario.
     Seek(f64),
     /// A variable, by a share of their number, to a share of its value, with a rate or without.
@@ -22,11 +23,13 @@ enum Visit {
 fn visit() -> impl Strategy<Value = Visit> {
     let share = 0.0..1.0;
     let factor = 0.9..1.1;
+    let duration = (0_u64..150_000_000).prop_map(SimDuration::from_nanos);
     prop_oneof![
-        3 => (0_u64..120_000_000).prop_map(|nanos| Visit::Advance(SimDuration::from_nanos(nanos))),
+        3 => duration.clone().prop_map(Visit::Advance),
+        2 => duration.prop_map(Visit::Back),
         1 => Just(Visit::ToEvent),
         2 => share.clone().prop_map(Visit::Seek),
-        4 => (share.clone(), factor, prop::option::of(0.01..3.0))
+        6 => (share.clone(), factor, prop::option::of(0.1..10.0))
             .prop_map(|(of, to, slew)| Visit::Set(of, to, slew)),
         1 => share.prop_map(Visit::Select),
     ]
@@ -52,14 +55,21 @@ fn pay(session: &mut Session<'_>, visit: &Visit, end: SimTime) {
                 assert_eq!(event.at, session.now());
             }
         }
+        Visit::Back(by) => {
+            let since = session.now().since_start();
+            let at = SimTime::ZERO + since.checked_sub(by).unwrap_or(SimDuration::ZERO);
+            session.seek(at, &mut ()).unwrap();
+            assert_eq!(session.now(), at);
+        }
         Visit::Seek(share) => {
             let at = SimDuration::try_from_secs_f64(end.as_secs_f64() * share).unwrap();
             session.seek(SimTime::ZERO + at, &mut ()).unwrap();
             assert_eq!(session.now(), SimTime::ZERO + at);
         }
         Visit::Set(of, factor, slew) => {
-            let variables = session.variables();
-            let variable = &variables[index(of, variables.len())];
+            let variables = session.variables().iter();
+            let set: Vec<_> = variables.filter(|it| it.value() != 0.0).collect();
+            let variable = set[index(of, set.len())];
             let (name, value) = (variable.name().to_owned(), variable.value() * factor);
             // One that the controller refuses is no change.
             let _ = session.set(&name, value, slew);
@@ -112,11 +122,17 @@ fn fingerprint(assembly: &Assembly<'_>) -> String {
     report.fingerprint.unwrap()
 }
 
-/// Runs each branch to its end, and its scenario.
+/// Runs each branch to its end, first the present one from where it is, and its scenario.
 fn assert_branches_are_runs(session: &mut Session<'_>, registry: &Registry, end: SimTime) {
-    for branch in 0..session.branches().len() {
-        session.select(branch, None, &mut ()).unwrap();
+    let present = session.present();
+    let others = (0..session.branches().len()).filter(|branch| *branch != present);
+    for branch in std::iter::once(present).chain(others) {
+        if branch != session.present() {
+            session.select(branch, None, &mut ()).unwrap();
+        }
         session.advance(end, &mut ());
+        // Changes that were yet to be made begin another one.
+        let branch = session.present();
         let text = session.text_of(branch, "".as_ref()).unwrap();
         let builder = Assembly::builder(registry);
         let again = builder.text("branch.toml", &text, "".as_ref()).unwrap();
@@ -144,14 +160,14 @@ fn check(plant: usize, visits: &[Visit], limit: usize) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 50, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 50, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Any acts make branches whose scenarios have their fingerprints, on each plant that saves its
     /// state, also with a memory for few states.
     #[test]
     fn branches_are_runs_of_their_scenarios(
         plant in 0..PLANTS.len(),
-        visits in prop::collection::vec(visit(), 1..12),
+        visits in prop::collection::vec(visit(), 4..16),
         limit in prop_oneof![Just(SNAPSHOT_BYTES), Just(1 << 20)],
     ) {
         check(plant, &visits, limit);
@@ -195,6 +211,22 @@ fn the_original_goes_on_as_without_visitors() {
     session.select(1, None, &mut ()).unwrap();
     session.advance(assembly.end(), &mut ());
     assert_ne!(session.fingerprint().to_string(), original);
+}
+
+/// A branch is sought back to its own states, not to those that its parent has at later instants.
+#[test]
+fn states_of_another_future_are_not_restored() {
+    let registry = Registry::standard();
+    let assembly = assembly(&registry, PLANTS[0]);
+    let mut session = Session::new(&assembly, SNAPSHOT_BYTES).unwrap();
+    session.advance(ms(450), &mut ());
+    session.seek(ms(250), &mut ()).unwrap();
+    session.set("frequency", 2.0, None).unwrap();
+    session.advance(ms(550), &mut ());
+    session.seek(ms(420), &mut ()).unwrap();
+    let (present, branches) = (session.present(), session.branches().len());
+    assert_eq!((present, branches), (1, 2));
+    assert_branches_are_runs(&mut session, &registry, assembly.end());
 }
 
 /// A jump of a slider is a ramp of changes, none greater than the rate allows.
