@@ -1,13 +1,12 @@
 //! Channels of a recording: topic, type with definition, metadata.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::ops::Range;
 
 use twinrig_kernel::Layout;
 use twinrig_runtime::Group;
 
-use crate::mcap_writer::{ChannelId, McapWriter};
+use crate::encoder::{ChannelId, Sink};
 use crate::schema::{self, GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
 use crate::{RecordError, Topic, cdr, ros};
 
@@ -41,8 +40,8 @@ pub(crate) struct Sampled {
 
 /// Adds a channel that conforms to the profile `ros2`: CDR messages and the offered quality of
 /// service.
-fn add_channel<W: Write>(
-    writer: &mut McapWriter<W>,
+fn add_channel(
+    sink: &mut impl Sink,
     topic: &str,
     (message_type, definition): (&str, &str),
     mut metadata: BTreeMap<String, String>,
@@ -51,11 +50,11 @@ fn add_channel<W: Write>(
     metadata.insert("offered_qos_profiles".to_owned(), "[]".to_owned());
     let name = ros::full_name(message_type);
     let schema = [name.as_str(), "ros2msg", definition];
-    writer.add_channel(topic, "cdr", schema, &metadata)
+    sink.add_channel(topic, "cdr", schema, &metadata)
 }
 
-pub(crate) fn add_group<W: Write>(
-    writer: &mut McapWriter<W>,
+pub(crate) fn add_group(
+    sink: &mut impl Sink,
     group: &RecordedGroup<'_>,
 ) -> Result<Sampled, RecordError> {
     let (signals, ranges) = schema::select(group.layout, group.keep);
@@ -71,7 +70,7 @@ pub(crate) fn add_group<W: Write>(
     let message_type = format!("{}/{}", ros::PACKAGE, schema::type_name(name));
     let definition = schema::definition(&signals);
     let channel = add_channel(
-        writer,
+        sink,
         &ros::topic_name(name),
         (&message_type, &definition),
         metadata,
@@ -86,10 +85,7 @@ pub(crate) fn add_group<W: Write>(
 
 /// Adds the channels of wire traces. A number distinguishes traces whose ROS 2 topic names would
 /// coincide.
-pub(crate) fn add_traces<W: Write>(
-    writer: &mut McapWriter<W>,
-    traces: &[String],
-) -> Vec<ChannelId> {
+pub(crate) fn add_traces(sink: &mut impl Sink, traces: &[String]) -> Vec<ChannelId> {
     const TYPE: &str = "twinrig/Bytes";
     let definition = ros::complete(TYPE);
     let mut topics: Vec<String> = Vec::new();
@@ -100,15 +96,15 @@ pub(crate) fn add_traces<W: Write>(
         let mut names = std::iter::once(name.clone()).chain(numbered);
         let topic = names.find(|name| !topics.contains(name)).unwrap_or(name);
         let metadata = BTreeMap::from([(TRACE_KEY.to_owned(), trace.clone())]);
-        channels.push(add_channel(writer, &topic, (TYPE, &definition), metadata));
+        channels.push(add_channel(sink, &topic, (TYPE, &definition), metadata));
         topics.push(topic);
     }
     channels
 }
 
-pub(crate) fn add_topic<W: Write>(writer: &mut McapWriter<W>, topic: Topic) -> ChannelId {
+pub(crate) fn add_topic(sink: &mut impl Sink, topic: Topic) -> ChannelId {
     let message_type = topic.message_type();
     let definition = ros::complete(message_type);
     let of = (message_type, definition.as_str());
-    add_channel(writer, topic.name(), of, BTreeMap::new())
+    add_channel(sink, topic.name(), of, BTreeMap::new())
 }

@@ -59,6 +59,7 @@ mod aligned;
 mod cdr;
 mod channels;
 mod divergence;
+mod encoder;
 mod error;
 mod fingerprint;
 mod framing;
@@ -80,6 +81,7 @@ pub use aligned::{
 };
 pub use channels::{RecordedGroup, group_name};
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
+pub use encoder::{ChannelId, Encoder, Sink};
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};
 pub use index::SampledGroup;

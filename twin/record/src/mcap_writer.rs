@@ -12,6 +12,8 @@ use std::io::{self, Write};
 use crc32fast::Hasher;
 use mcap::records::op;
 
+use crate::encoder::{ChannelId, Sink};
+
 use self::encoding::{put, put_bytes, put_map, put_text, record};
 
 /// Writer of one file. After an error nothing more is written.
@@ -49,10 +51,6 @@ struct Section {
     records: u32,
 }
 
-/// A channel, by its index.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ChannelId(usize);
-
 /// File that is stored in a recording.
 pub(crate) struct Attachment<'a> {
     pub name: &'a str,
@@ -84,66 +82,6 @@ impl<W: Write> McapWriter<W> {
         });
         writer.write(&start)?;
         Ok(writer)
-    }
-
-    /// Adds a channel with messages of a type, which is described by a definition.
-    pub(crate) fn add_channel(
-        &mut self,
-        topic: &str,
-        message_encoding: &str,
-        [message_type, schema_encoding, definition]: [&str; 3],
-        metadata: &BTreeMap<String, String>,
-    ) -> ChannelId {
-        let mut schema = Vec::new();
-        put_text(&mut schema, message_type);
-        put_text(&mut schema, schema_encoding);
-        put_text(&mut schema, definition);
-        let known = self.schemas.iter().position(|known| *known == schema);
-        let schema_index = known.unwrap_or_else(|| {
-            self.schemas.push(schema);
-            put_schema(&mut self.chunk, self.schemas.len() - 1, &self.schemas);
-            self.schemas.len() - 1
-        });
-        let index = self.channels.len();
-        let mut content = Vec::new();
-        put(&mut content, id(index).to_le_bytes());
-        put(&mut content, id(schema_index).to_le_bytes());
-        put_text(&mut content, topic);
-        put_text(&mut content, message_encoding);
-        put_map(&mut content, metadata);
-        record(&mut self.chunk, op::CHANNEL, |to| to.extend(&content));
-        self.channels.push(Channel {
-            content,
-            messages: 0,
-            index: Vec::new(),
-        });
-        ChannelId(index)
-    }
-
-    /// Appends a message of `size` bytes and returns its content, for the caller to fill.
-    #[inline]
-    pub(crate) fn message(&mut self, channel: ChannelId, time: u64, size: usize) -> &mut [u8] {
-        let offset = self.chunk.len();
-        let slot = &mut self.channels[channel.0];
-        put(&mut slot.index, time.to_le_bytes());
-        put(&mut slot.index, (offset as u64).to_le_bytes());
-        #[expect(clippy::cast_possible_truncation, reason = "the sequence number wraps")]
-        let sequence = slot.messages as u32;
-        slot.messages += 1;
-        let [first, last] = self.chunk_times.unwrap_or([time; 2]);
-        self.chunk_times = Some([first.min(time), last.max(time)]);
-
-        let mut header = [0; 9 + MESSAGE_HEADER];
-        header[0] = op::MESSAGE;
-        header[1..9].copy_from_slice(&((MESSAGE_HEADER + size) as u64).to_le_bytes());
-        header[9..11].copy_from_slice(&id(channel.0).to_le_bytes());
-        header[11..15].copy_from_slice(&sequence.to_le_bytes());
-        header[15..23].copy_from_slice(&time.to_le_bytes());
-        header[23..31].copy_from_slice(&time.to_le_bytes());
-        self.chunk.extend_from_slice(&header);
-        let start = self.chunk.len();
-        self.chunk.resize(start + size, 0);
-        &mut self.chunk[start..]
     }
 
     /// Returns the size of the present chunk \[bytes\].
@@ -304,6 +242,72 @@ impl<W: Write> McapWriter<W> {
             self.out = None;
         }
         written
+    }
+}
+
+impl<W: Write> Sink for McapWriter<W> {
+    fn add_channel(
+        &mut self,
+        topic: &str,
+        message_encoding: &str,
+        [message_type, schema_encoding, definition]: [&str; 3],
+        metadata: &BTreeMap<String, String>,
+    ) -> ChannelId {
+        let mut schema = Vec::new();
+        put_text(&mut schema, message_type);
+        put_text(&mut schema, schema_encoding);
+        put_text(&mut schema, definition);
+        let known = self.schemas.iter().position(|known| *known == schema);
+        let schema_index = known.unwrap_or_else(|| {
+            self.schemas.push(schema);
+            put_schema(&mut self.chunk, self.schemas.len() - 1, &self.schemas);
+            self.schemas.len() - 1
+        });
+        let index = self.channels.len();
+        let mut content = Vec::new();
+        put(&mut content, id(index).to_le_bytes());
+        put(&mut content, id(schema_index).to_le_bytes());
+        put_text(&mut content, topic);
+        put_text(&mut content, message_encoding);
+        put_map(&mut content, metadata);
+        record(&mut self.chunk, op::CHANNEL, |to| to.extend(&content));
+        self.channels.push(Channel {
+            content,
+            messages: 0,
+            index: Vec::new(),
+        });
+        ChannelId(index)
+    }
+
+    #[inline]
+    fn message(
+        &mut self,
+        channel: ChannelId,
+        time: u64,
+        size: usize,
+        fill: impl FnOnce(&mut [u8]),
+    ) {
+        let offset = self.chunk.len();
+        let slot = &mut self.channels[channel.0];
+        put(&mut slot.index, time.to_le_bytes());
+        put(&mut slot.index, (offset as u64).to_le_bytes());
+        #[expect(clippy::cast_possible_truncation, reason = "the sequence number wraps")]
+        let sequence = slot.messages as u32;
+        slot.messages += 1;
+        let [first, last] = self.chunk_times.unwrap_or([time; 2]);
+        self.chunk_times = Some([first.min(time), last.max(time)]);
+
+        let mut header = [0; 9 + MESSAGE_HEADER];
+        header[0] = op::MESSAGE;
+        header[1..9].copy_from_slice(&((MESSAGE_HEADER + size) as u64).to_le_bytes());
+        header[9..11].copy_from_slice(&id(channel.0).to_le_bytes());
+        header[11..15].copy_from_slice(&sequence.to_le_bytes());
+        header[15..23].copy_from_slice(&time.to_le_bytes());
+        header[23..31].copy_from_slice(&time.to_le_bytes());
+        self.chunk.extend_from_slice(&header);
+        let start = self.chunk.len();
+        self.chunk.resize(start + size, 0);
+        fill(&mut self.chunk[start..]);
     }
 }
 

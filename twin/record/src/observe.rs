@@ -5,8 +5,7 @@ use std::io::Write;
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, RunEvent};
 
-use crate::messages::DEVICES_ARE_OPEN;
-use crate::{ChangeMessage, EventMessage, Fingerprint, Recorder};
+use crate::{Fingerprint, Recorder};
 
 /// Adds every sample, event and piece of wire traffic.
 impl Observer for Fingerprint {
@@ -48,66 +47,12 @@ impl<W: Write> Observer for Recorder<W> {
 
     #[inline]
     fn event(&mut self, now: SimTime, event: RunEvent) {
-        if !matches!(
-            event,
-            RunEvent::ProcessBegin { .. }
-                | RunEvent::ProcessEnd
-                | RunEvent::TaskBegin { .. }
-                | RunEvent::TaskEnd { .. }
-        ) {
-            self.exceptional_event(now, event);
-        }
+        self.run_event(now, event);
     }
 
     fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
         self.bytes(now, trace, bytes);
     }
-}
-
-impl<W: Write> Recorder<W> {
-    fn exceptional_event(&mut self, now: SimTime, event: RunEvent) {
-        let event_message = |event: &str| EventMessage {
-            event: event.to_owned(),
-            part: None,
-            count: None,
-        };
-        match event {
-            RunEvent::TaskSkipped {
-                task,
-                implied: false,
-            } => {
-                let message = EventMessage {
-                    part: Some(name(&self.tasks, task)),
-                    ..event_message("task skipped")
-                };
-                self.message(now, &message);
-            }
-            RunEvent::Overrun { missed } => {
-                let message = EventMessage {
-                    count: Some(missed),
-                    ..event_message("overrun")
-                };
-                self.message(now, &message);
-            }
-            RunEvent::Change { variable, value } => {
-                let variable = name(&self.variables, variable);
-                self.message(now, &ChangeMessage { variable, value });
-            }
-            RunEvent::Opened => self.message(now, &event_message(DEVICES_ARE_OPEN)),
-            RunEvent::ProcessBegin { .. }
-            | RunEvent::ProcessEnd
-            | RunEvent::TaskBegin { .. }
-            | RunEvent::TaskEnd { .. }
-            | RunEvent::TaskSkipped { .. } => {}
-        }
-    }
-}
-
-fn name(names: &[String], number: usize) -> String {
-    names
-        .get(number)
-        .cloned()
-        .unwrap_or_else(|| number.to_string())
 }
 
 #[cfg(test)]

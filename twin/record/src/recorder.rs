@@ -6,13 +6,12 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::Group;
+use twinrig_runtime::{Group, RunEvent};
 
-use crate::cdr::{self, CdrWriter};
-use crate::channels::{RecordedGroup, Sampled, add_group, add_topic, add_traces};
-use crate::mcap_writer::{Attachment, ChannelId, McapWriter};
-use crate::poses::Poses;
-use crate::{Digest, EPOCH, Message, RecordError, Skeleton, Topic};
+use crate::channels::RecordedGroup;
+use crate::encoder::{Encoder, is_regular};
+use crate::mcap_writer::{Attachment, McapWriter};
+use crate::{Digest, EPOCH, Message, RecordError, Skeleton};
 
 /// Information about a run that is known before its start.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -66,19 +65,10 @@ const CHUNK_BYTES_MAX: usize = 4 << 20;
 /// Call [`Recorder::sample`] and [`Recorder::message`] in order of time, and [`Recorder::finish`]
 /// at the end. A recorder that is dropped without it closes the file without a fingerprint.
 pub struct Recorder<W: Write> {
-    writer: McapWriter<W>,
-    groups: [Option<Sampled>; 4],
-    topics: [Option<ChannelId>; Topic::ALL.len()],
-    traces: Vec<ChannelId>,
-    poses: Option<(Poses, SimDuration)>,
-    poses_due: SimTime,
+    encoder: Encoder<McapWriter<W>>,
     flush: SimDuration,
     flush_due: SimTime,
-    /// Buffer of the message being encoded.
-    scratch: Vec<u8>,
     failure: Option<RecordError>,
-    pub(crate) tasks: Vec<String>,
-    pub(crate) variables: Vec<String>,
 }
 
 impl Recorder<BufWriter<File>> {
@@ -125,37 +115,14 @@ impl<W: Write> Recorder<W> {
             })?;
         }
         writer.metadata("run", &run_metadata(info))?;
-        let plant = groups.iter().find(|group| group.group == Group::Plant);
-        let poses = cadence.frames.zip(plant).map(|(period, plant)| {
-            let poses = Poses::new(skeleton, plant.layout, plant.keep);
-            (poses, period)
-        });
-        let mut sampled = [const { None }; 4];
-        for declared in groups {
-            sampled[declared.group as usize] = Some(add_group(&mut writer, declared)?);
-        }
-        let mut topics = [const { None }; Topic::ALL.len()];
-        let pose_topics = poses.iter().flat_map(|(poses, _)| poses.topics());
-        for topic in Topic::MESSAGES.into_iter().chain(pose_topics) {
-            topics[topic as usize] = Some(add_topic(&mut writer, topic));
-        }
-        let traces = add_traces(&mut writer, &info.traces);
         let mut recorder = Self {
-            writer,
-            traces,
-            groups: sampled,
-            topics,
-            poses,
-            poses_due: SimTime::ZERO,
+            encoder: Encoder::new(writer, info, groups, skeleton, cadence.frames)?,
             flush: cadence.flush,
             flush_due: SimTime::ZERO + cadence.flush,
-            scratch: Vec::with_capacity(8192),
             failure: None,
-            tasks: info.tasks.clone(),
-            variables: info.variables.clone(),
         };
         // The input files are on disk before the run starts.
-        recorder.writer.flush()?;
+        recorder.encoder.sink.flush()?;
         Ok(recorder)
     }
 
@@ -163,111 +130,43 @@ impl<W: Write> Recorder<W> {
     /// Undeclared groups are not recorded.
     #[inline]
     pub fn sample(&mut self, now: SimTime, group: Group, values: &[f64]) {
-        if self.failure.is_none()
-            && let Err(error) = self.try_sample(now, group, values)
-        {
-            self.failure = Some(error);
-        }
-    }
-
-    #[inline]
-    fn try_sample(
-        &mut self,
-        now: SimTime,
-        group: Group,
-        values: &[f64],
-    ) -> Result<(), RecordError> {
-        self.flush_if_due(now)?;
-        let Some(sampled) = &self.groups[group as usize] else {
-            return Ok(());
-        };
-        if !sampled.ranges.is_empty() {
-            let message = self
-                .writer
-                .message(sampled.channel, log_time(now), sampled.size);
-            let (header, mut rest) = message.split_at_mut(cdr::HEADER.len());
-            header.copy_from_slice(&cdr::HEADER);
-            for range in &sampled.ranges {
-                let kept = &values[range.clone()];
-                let (bytes, after) = rest.split_at_mut(kept.len() * 8);
-                for (bytes, value) in bytes.chunks_exact_mut(8).zip(kept) {
-                    bytes.copy_from_slice(&value.to_bits().to_le_bytes());
-                }
-                rest = after;
-            }
-        }
-        if group == Group::Plant && now >= self.poses_due {
-            self.write_poses(now, values);
-        }
-        Ok(())
-    }
-
-    fn write_poses(&mut self, now: SimTime, values: &[f64]) {
-        let Some((poses, period)) = &mut self.poses else {
-            self.poses_due = SimTime::from_nanos(u64::MAX);
-            return;
-        };
-        self.poses_due = now + *period;
-        let stamp = cdr::stamp(now);
-        for topic in Topic::POSES {
-            if let Some(channel) = self.topics[topic as usize]
-                && let Some(message) = poses.message(topic, stamp, values)
-            {
-                let room = self.writer.message(channel, log_time(now), message.len());
-                room.copy_from_slice(message);
-            }
+        if self.is_writing(now) {
+            self.encoder.sample(now, group, values);
         }
     }
 
     /// Records bytes transmitted on a wire trace at `now`; those of undeclared traces are not
     /// recorded.
     pub fn bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) {
-        if self.failure.is_none()
-            && trace < self.traces.len()
-            && let Err(error) = self.try_bytes(now, trace, bytes)
-        {
-            self.failure = Some(error);
+        if self.is_writing(now) {
+            self.encoder.bytes(now, trace, bytes);
         }
-    }
-
-    fn try_bytes(&mut self, now: SimTime, trace: usize, bytes: &[u8]) -> Result<(), RecordError> {
-        self.flush_if_due(now)?;
-        CdrWriter::new(&mut self.scratch).octets(bytes);
-        self.write_scratch(self.traces[trace], now);
-        Ok(())
-    }
-
-    fn write_scratch(&mut self, channel: ChannelId, now: SimTime) {
-        let room = self
-            .writer
-            .message(channel, log_time(now), self.scratch.len());
-        room.copy_from_slice(&self.scratch);
     }
 
     /// Records `message` at `now`.
     pub fn message<M: Message>(&mut self, now: SimTime, message: &M) {
-        if self.failure.is_none()
-            && let Err(error) = self.try_message(now, message)
-        {
-            self.failure = Some(error);
+        if self.is_writing(now) {
+            self.encoder.message(now, message);
         }
     }
 
-    fn try_message<M: Message>(&mut self, now: SimTime, message: &M) -> Result<(), RecordError> {
-        self.flush_if_due(now)?;
-        if let Some(channel) = self.topics[M::TOPIC as usize] {
-            message.write(cdr::stamp(now), &mut CdrWriter::new(&mut self.scratch));
-            self.write_scratch(channel, now);
+    /// Records an event that is not one of each control step.
+    #[inline]
+    pub(crate) fn run_event(&mut self, now: SimTime, event: RunEvent) {
+        if !is_regular(event) && self.is_writing(now) {
+            self.encoder.event(now, event);
         }
-        Ok(())
     }
 
-    fn flush_if_due(&mut self, now: SimTime) -> Result<(), RecordError> {
-        if now >= self.flush_due || self.writer.chunk_bytes() > CHUNK_BYTES_MAX {
+    /// Writes what is due at `now`, and returns whether nothing has failed.
+    #[inline]
+    fn is_writing(&mut self, now: SimTime) -> bool {
+        let is_due = now >= self.flush_due || self.encoder.sink.chunk_bytes() > CHUNK_BYTES_MAX;
+        if is_due && self.failure.is_none() {
             self.flush_due = now + self.flush;
-            self.writer.flush()?;
+            self.failure = self.encoder.sink.flush().err().map(RecordError::from);
         }
-        Ok(())
+        self.failure.is_none()
     }
 
     /// Returns the first failure, if any.
@@ -287,14 +186,9 @@ impl<W: Write> Recorder<W> {
             ("fingerprint".to_owned(), fingerprint.to_string()),
             ("simulated_ns".to_owned(), reached.as_nanos().to_string()),
         ]);
-        self.writer.metadata("result", &result)?;
-        Ok(self.writer.finish()?)
+        self.encoder.sink.metadata("result", &result)?;
+        Ok(self.encoder.sink.finish()?)
     }
-}
-
-/// Converts `now` to the time line of recordings \[ns\].
-fn log_time(now: SimTime) -> u64 {
-    now.as_nanos().saturating_add(EPOCH.as_nanos())
 }
 
 fn run_metadata(info: &RunInfo) -> BTreeMap<String, String> {

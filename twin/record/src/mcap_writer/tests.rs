@@ -41,8 +41,8 @@ fn written(steps: &[Step]) -> Vec<u8> {
         match step {
             Step::Message(channel, time, data) => {
                 let channel = channels[usize::from(*channel)];
-                let room = writer.message(channel, *time, data.len());
-                room.copy_from_slice(data);
+                let fill = |room: &mut [u8]| room.copy_from_slice(data);
+                writer.message(channel, *time, data.len(), fill);
             }
             Step::Flush => writer.flush().unwrap(),
             Step::Attach(name, data) => {
@@ -147,9 +147,9 @@ fn nothing_is_written_after_an_error() {
     let writes = std::cell::Cell::new(0);
     let mut writer = McapWriter::new(Full(1, &writes), "ros2", "test").unwrap();
     let channel = writer.add_channel("/one", "cdr", TYPES[0], &BTreeMap::new());
-    writer.message(channel, 0, 8);
+    writer.message(channel, 0, 8, |_| ());
     assert!(writer.flush().is_err());
-    writer.message(channel, 1, 8);
+    writer.message(channel, 1, 8, |_| ());
     drop(writer);
     assert_eq!(writes.get(), 2);
 }

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use twinrig_kernel::SimDuration;
 use twinrig_record::{
-    Cadence, RecordError, RecordedGroup, Recorder, RunInfo, Skeleton, SkeletonLeg,
+    Cadence, Encoder, RecordError, RecordedGroup, Recorder, RunInfo, Sink, Skeleton, SkeletonLeg,
 };
-use twinrig_runtime::Group;
+use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
@@ -102,10 +102,40 @@ pub(crate) fn recorder_of<W: Write>(
     contents: Contents<'_>,
     out: W,
 ) -> Result<Recorder<W>, RecordError> {
+    let cadence = Cadence {
+        frames: contents.frames,
+        flush: FLUSH,
+    };
+    let info = info(assembly, executor, contents.bytes);
+    let groups = groups(executor, contents.keep);
+    Recorder::new(out, &info, &groups, &assembly.skeleton(), cadence)
+}
+
+/// Creates the encoder of a run in virtual time with all its signals, whose messages `sink`
+/// receives; frames are `frames` apart.
+///
+/// # Errors
+/// As [`Encoder::new`].
+pub fn encoder<S: Sink>(
+    assembly: &Assembly<'_>,
+    rig: &Rig,
+    frames: SimDuration,
+    sink: S,
+) -> Result<Encoder<S>, RecordError> {
+    let info = info(assembly, rig, false);
+    let groups = groups(rig, &|_| true);
+    Encoder::new(sink, &info, &groups, &assembly.skeleton(), Some(frames))
+}
+
+/// Returns the recorded groups of signals.
+fn groups<'g>(
+    executor: &'g dyn Executor,
+    keep: &'g dyn Fn(&str) -> bool,
+) -> Vec<RecordedGroup<'g>> {
     let group = |group| RecordedGroup {
         group,
         layout: executor.layout(group),
-        keep: contents.keep,
+        keep,
     };
     let groups = [
         group(Group::Plant),
@@ -114,15 +144,9 @@ pub(crate) fn recorder_of<W: Write>(
     ];
     let diagnostics = group(Group::Diagnostics);
     let groups = groups.into_iter();
-    let groups: Vec<_> = groups
+    groups
         .chain((!diagnostics.layout.is_empty()).then_some(diagnostics))
-        .collect();
-    let cadence = Cadence {
-        frames: contents.frames,
-        flush: FLUSH,
-    };
-    let info = info(assembly, executor, contents.bytes);
-    Recorder::new(out, &info, &groups, &assembly.skeleton(), cadence)
+        .collect()
 }
 
 fn info(assembly: &Assembly<'_>, executor: &dyn Executor, bytes: bool) -> RunInfo {
