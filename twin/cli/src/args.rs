@@ -90,6 +90,12 @@ pub enum Command {
     Accept(AcceptArgs),
     /// Repeat the run of a recording and check that the results are identical
     Replay(ReplayArgs),
+    /// Watch and steer a run: pause, step, seek back, change process variables, branch
+    ///
+    /// Serves a page, and a WebSocket for Foxglove and its relatives. A change in the past of the
+    /// run begins a branch, which is written as a scenario with a [[change]] for each act: `twin
+    /// run` of it is the same run, bit for bit. Needs a build with the feature `live`.
+    Live(LiveArgs),
     /// Emulate boards and plant in real time, with one pseudo-terminal (PTY) per bus
     ///
     /// Any program can open the PTY as a serial port, for example `twin run` with --port.
@@ -145,6 +151,7 @@ impl Command {
             Self::Run(_)
             | Self::Replay(_)
             | Self::Report(_)
+            | Self::Live(_)
             | Self::Serve(_)
             | Self::Study(_)
             | Self::Sweep(_)
@@ -180,6 +187,7 @@ impl Command {
             Self::Accept(args) => args.json,
             Self::Replay(args) => args.json,
             Self::Report(args) => args.json,
+            Self::Live(args) => args.json,
             Self::Devices(args) => args.json,
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,
@@ -275,6 +283,48 @@ pub struct RunArgs {
     /// Also write the verdicts to FILE as JUnit XML
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
+}
+
+/// Arguments of `twin live`.
+#[derive(Clone, Debug, Args)]
+pub struct LiveArgs {
+    /// Scenario file
+    pub scenario: PathBuf,
+    #[command(flatten)]
+    pub settings: Settings,
+    /// Address to listen at; another one than loopback lets other machines steer the run
+    #[arg(long, value_name = "HOST", default_value = "127.0.0.1")]
+    pub listen: String,
+    /// Port of the WebSocket; 0: any that is free
+    #[arg(long, default_value_t = 8765)]
+    pub port: u16,
+    /// Port of the page; 0: any that is free
+    #[arg(long, value_name = "PORT", default_value_t = 8766)]
+    pub page: u16,
+    /// Simulated time over wall-clock time; 0: as fast as possible
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
+    pub speed: f64,
+    /// Begin with time standing still
+    #[arg(long)]
+    pub paused: bool,
+    /// Memory for saved states [MiB]: with less, going back simulates more again
+    #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..))]
+    pub memory: u16,
+    /// Folder for the scenarios of branches
+    #[arg(long, value_name = "DIR", default_value = "live")]
+    pub out: PathBuf,
+    /// Print the addresses as a JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Parses a factor of time.
+fn speed(text: &str) -> Result<f64, String> {
+    let speed: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (0.0..=1000.0).contains(&speed) {
+        return Ok(speed);
+    }
+    Err("not from 0 to 1000".to_owned())
 }
 
 /// Arguments of `twin serve`.

@@ -61,6 +61,10 @@ pub enum TwinError {
         /// Missing cargo feature.
         feature: &'static str,
     },
+    /// Run that cannot be served to visitors.
+    #[cfg(feature = "live")]
+    #[error("error: {0}")]
+    Live(#[from] twinrig_live::server::ServeError),
     /// Leg of a robot without a pose that is asked for.
     #[error("error: the leg of {robot} has no such pose: {source}")]
     Leg {

@@ -30,6 +30,8 @@
 //! | `snapshots` | saved states with a limit in memory |
 //! | `branch` | the changes of a run, and its scenario |
 //! | `watch` | fingerprint, judge and events on the way |
+//! | `control` | requests of visitors, and what they see |
+//! | `server` | visitors by WebSocket, and a page (feature `server`) |
 //!
 //! # Limits
 //!
@@ -37,7 +39,10 @@
 //! - A plant that does not save its state is advanced and changed, and has no past.
 
 mod branch;
+pub mod control;
 mod error;
+#[cfg(feature = "server")]
+pub mod server;
 mod session;
 mod snapshots;
 mod watch;

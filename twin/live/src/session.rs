@@ -118,6 +118,21 @@ impl<'a> Session<'a> {
         self.now
     }
 
+    /// Returns the name of the scenario.
+    pub fn name(&self) -> &str {
+        &self.assembly.scenario().name
+    }
+
+    /// Returns the end of the scenario.
+    pub fn end(&self) -> SimTime {
+        self.assembly.end()
+    }
+
+    /// Returns the next instant at which a control step may be.
+    pub fn next_control_step(&self) -> SimTime {
+        next_multiple(self.now, self.assembly.period())
+    }
+
     /// Returns why the run does not go on; none if it does.
     pub fn ended(&self) -> Option<&Ended> {
         self.ended.as_ref()

@@ -1,19 +1,24 @@
 // Data of the page: unpacking, and columns of numbers as arrays.
 
+// Returns the bytes of an element; none without it, as on the page of a live run.
 async function unpacked(id) {
-  const text = document.getElementById(id).textContent;
+  const text = document.getElementById(id)?.textContent;
+  if (text === undefined) return null;
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
 const planes = await unpacked("run-columns");
-const data = JSON.parse(new TextDecoder().decode(await unpacked("run-data")));
+const unpackedData = await unpacked("run-data");
+const data = unpackedData ? JSON.parse(new TextDecoder().decode(unpackedData)) : { runs: [] };
 
 const arrays = new WeakMap();
 
-// Returns the numbers of a column, decoded once. A gap is null, as the plots want it.
+// Returns the numbers of a column, decoded once. A gap is null, as the plots want it. Columns of a
+// live run are arrays.
 function numbers(column) {
+  if (Array.isArray(column)) return column;
   if (!arrays.has(column)) arrays.set(column, decoded(column));
   return arrays.get(column);
 }

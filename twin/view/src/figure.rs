@@ -45,9 +45,9 @@ struct Ground {
 }
 
 /// Transforms of a leg: hip, knee, ankle, foot.
-const JOINTS: usize = 4;
+pub(crate) const JOINTS: usize = 4;
 /// Numbers of a transform.
-const NUMBERS: usize = 7;
+pub(crate) const NUMBERS: usize = 7;
 
 impl Figure {
     /// Returns the figure of a run; none without recorded coordinate frames.
@@ -75,8 +75,7 @@ impl Figure {
                     numbers(&frames, first + joint, 6),
                 );
                 let angles = sin.iter().zip(&cos);
-                // A rotation about y, which points left, by the negative angle.
-                let angles = angles.map(|(sin, cos)| -2.0 * libm::atan2(*sin, *cos));
+                let angles = angles.map(|(sin, cos)| forward_angle(*sin, *cos));
                 columns.add(&angles.collect::<Vec<_>>())
             });
             let angles = angles.collect();
@@ -113,6 +112,12 @@ impl Figure {
     pub(crate) fn legs(&self) -> impl Iterator<Item = &str> {
         self.legs.iter().map(|leg| leg.name.as_str())
     }
+}
+
+/// Returns the angle of a segment relative to its parent from the components y and w of its
+/// quaternion: a rotation about y, which points left, by the negative angle.
+pub(crate) fn forward_angle(y: f64, w: f64) -> f64 {
+    -2.0 * libm::atan2(y, w)
 }
 
 /// Returns a number of a transform over time.

@@ -23,6 +23,7 @@
 //! | `findings` | warnings, drives beside their commands |
 //! | `judged` | expectations over time |
 //! | `link` | links of tables to instants |
+//! | `live` | poses of a run that goes on |
 //! | `signals` | signals and energy balance to plot |
 //! | `timing` | histograms of periods and transfers |
 //! | `wires` | bytes around instants, decoded by the parts of their buses |
@@ -51,6 +52,7 @@ mod headline;
 mod incidents;
 mod judged;
 mod link;
+pub mod live;
 mod page;
 mod pair;
 mod parting;

@@ -14,6 +14,7 @@ mod examples;
 mod export;
 mod import;
 mod list;
+mod live;
 mod new;
 mod optimize;
 mod outputs;
@@ -206,6 +207,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Replay(args) => replay::replay(registry, &args, terminal),
         Command::Accept(args) => accept::accept(&args, terminal),
         Command::Report(args) => report::report(registry, &args, terminal),
+        Command::Live(args) => live::live(registry, &args, terminal),
         Command::Serve(args) => serve::serve(registry, &args, terminal),
         Command::Devices(args) => devices::devices(&args, terminal),
         Command::Study(args) => study::study(registry, &args, terminal),

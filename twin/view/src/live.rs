@@ -1,0 +1,130 @@
+//! The robot of a run that goes on: poses and forces at an instant, of which a script draws it.
+
+use std::ops::Range;
+
+use serde::Serialize;
+use twinrig_kernel::{Layout, SimDuration, SimTime, signal};
+use twinrig_record::{FrameSampler, Skeleton};
+use twinrig_rig::Assembly;
+
+use crate::figure::{JOINTS, NUMBERS, forward_angle};
+
+/// Pose of the robot and forces on it at an instant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LiveFrame {
+    /// Time \[s\].
+    pub t: f64,
+    /// Position x, y, z of the trunk \[m\] and its orientation as a quaternion x, y, z, w.
+    pub trunk: [f64; NUMBERS],
+    /// Angles of the segments of each leg relative to their parents, forward \[rad\].
+    pub angles: Vec<[f64; JOINTS - 1]>,
+    /// Force of the ground on each foot \[N\]; its normal component if no other is known.
+    pub force: Vec<[f64; 3]>,
+    /// Force of pushes on the trunk \[N\].
+    pub push: Option<[f64; 3]>,
+}
+
+/// What does not change in the figure of a robot.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LiveFigure {
+    /// Weight of the robot \[N\].
+    pub weight: f64,
+    /// Legs.
+    pub legs: Vec<LiveLeg>,
+}
+
+/// A leg of a figure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LiveLeg {
+    /// Its name.
+    pub name: String,
+    /// Hip in the trunk, knee in the thigh, ankle in the shank, foot in the last segment \[m\].
+    pub offsets: [[f64; 3]; JOINTS],
+}
+
+/// Returns the page of a run that goes on, whose visitors connect to the WebSocket at the port
+/// `socket` of the same host.
+pub fn page(assembly: &Assembly<'_>, socket: u16, figure: Option<LiveFigure>) -> String {
+    let _ = (assembly, socket, figure);
+    String::new()
+}
+
+/// Poses of a robot from the samples of its plant.
+pub struct LivePoses {
+    sampler: FrameSampler,
+    weight: f64,
+    /// Legs, by name, with the places of their forces, or of their normal components.
+    legs: Vec<(String, Option<Range<usize>>)>,
+    push: Option<Range<usize>>,
+}
+
+impl LivePoses {
+    /// Returns the poses of a robot whose plant has samples of this layout; none without a robot.
+    pub fn new(assembly: &Assembly<'_>, layout: &Layout) -> Option<Self> {
+        let skeleton: Skeleton = assembly.skeleton();
+        if skeleton.legs.is_empty() {
+            return None;
+        }
+        layout.find(signal::BODY_POSITION)?;
+        let place = |leg: &str| {
+            let find = |name| layout.find(&signal::of_leg(leg, name));
+            find(signal::FOOT_FORCE).or_else(|| find(signal::FOOT_LOAD))
+        };
+        let legs = skeleton.legs.iter();
+        let legs = legs.map(|leg| (leg.name.clone(), place(&leg.name)));
+        Some(Self {
+            legs: legs.collect(),
+            push: layout.find(signal::BODY_PUSH_FORCE),
+            sampler: FrameSampler::new(&skeleton, layout, SimDuration::from_nanos(1)),
+            weight: assembly.scene().weight,
+        })
+    }
+
+    /// Returns the pose at a sample of the plant; none if it has no legs.
+    pub fn at(&self, now: SimTime, values: &[f64]) -> Option<LiveFrame> {
+        let numbers = self.numbers(now, values)?;
+        let legs = numbers[NUMBERS..].chunks_exact(NUMBERS * JOINTS);
+        let angles = legs.map(|leg| {
+            [0, 1, 2].map(|joint| forward_angle(leg[NUMBERS * joint + 4], leg[NUMBERS * joint + 6]))
+        });
+        let vector = |place: &Range<usize>| match values[place.clone()] {
+            [x, y, z] => [x, y, z],
+            [normal] => [0.0, 0.0, normal],
+            _ => [0.0; 3],
+        };
+        let force =
+            |(_, place): &(_, Option<Range<usize>>)| place.as_ref().map_or([0.0; 3], vector);
+        Some(LiveFrame {
+            t: now.as_secs_f64(),
+            trunk: numbers[..NUMBERS].try_into().ok()?,
+            angles: angles.collect(),
+            force: self.legs.iter().map(force).collect(),
+            push: self
+                .push
+                .as_ref()
+                .map(vector)
+                .filter(|push| *push != [0.0; 3]),
+        })
+    }
+
+    /// Returns what does not change in the figure, from any sample of the plant.
+    pub fn figure(&self, values: &[f64]) -> Option<LiveFigure> {
+        let numbers = self.numbers(SimTime::ZERO, values)?;
+        let legs = numbers[NUMBERS..].chunks_exact(NUMBERS * JOINTS);
+        let legs = legs.zip(&self.legs).map(|(leg, (name, _))| LiveLeg {
+            name: name.clone(),
+            offsets: [0, 1, 2, 3].map(|joint| [0, 1, 2].map(|n| leg[NUMBERS * joint + n])),
+        });
+        Some(LiveFigure {
+            weight: self.weight,
+            legs: legs.collect(),
+        })
+    }
+
+    fn numbers(&self, now: SimTime, values: &[f64]) -> Option<Vec<f64>> {
+        let mut sampler = self.sampler.clone();
+        sampler.sample(now, values);
+        let numbers = sampler.finish().numbers;
+        (numbers.len() == NUMBERS * (1 + JOINTS * self.legs.len())).then_some(numbers)
+    }
+}
