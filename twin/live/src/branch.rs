@@ -70,13 +70,15 @@ impl Branch {
             text: &scenario.text,
             to,
         };
+        let count = match changes.len() {
+            1 => "1 live change".to_owned(),
+            count => format!("{count} live changes"),
+        };
         let header = match self.parent {
-            None => format!("{}, with {} live changes.", scenario.file, changes.len()),
+            None => format!("{}, with {count}.", scenario.file),
             Some(_) => format!(
-                "{}, another future from {} on, with {} live changes.",
-                scenario.file,
-                self.begin,
-                changes.len()
+                "{}, another future from {} on, with {count}.",
+                scenario.file, self.begin
             ),
         };
         Ok(source.with_changes(&scenario.settings, &changes, &[header])?)

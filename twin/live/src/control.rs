@@ -3,9 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use serde_json::{Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_report::comparison::{Comparison, Shown};
 use twinrig_runtime::{Bound, Observer};
 use twinrig_scenario::{Outcome, Verdict};
 
@@ -45,8 +46,8 @@ pub enum Request {
     },
     /// Limit how fast changes are made.
     Slew {
-        /// Time in which a variable may change by its default value \[s\]; 0: at once.
-        seconds: f64,
+        /// Greatest change of a variable, in multiples of its default value per second; 0: at once.
+        rate: f64,
     },
     /// Go to a branch.
     Branch {
@@ -85,7 +86,7 @@ pub struct Control<'a> {
     is_playing: bool,
     /// Simulated time over wall-clock time; infinite: as fast as possible.
     speed: f64,
-    slew_s: f64,
+    slew: f64,
     /// Last refusal or note.
     message: Option<String>,
     /// Folder of the scenarios of branches.
@@ -105,7 +106,7 @@ impl<'a> Control<'a> {
             session,
             is_playing: true,
             speed: 1.0,
-            slew_s: 0.0,
+            slew: 0.0,
             message: None,
             folder: folder.to_owned(),
             written: Vec::new(),
@@ -197,11 +198,11 @@ impl<'a> Control<'a> {
                 let set = self.session.set(variable, value, slew);
                 set.map_err(|error| error.to_string())?;
             }
-            Request::Slew { seconds } => {
-                if !(seconds >= 0.0 && seconds.is_finite()) {
-                    return Err(format!("{seconds} s is no time of a change"));
+            Request::Slew { rate } => {
+                if !(rate >= 0.0 && rate.is_finite()) {
+                    return Err(format!("{rate} is no rate of a change"));
                 }
-                self.slew_s = seconds;
+                self.slew = rate;
             }
             Request::Branch { number, at_s } => {
                 self.has_jumped = true;
@@ -222,7 +223,7 @@ impl<'a> Control<'a> {
             default => default,
         };
         let scale = if scale > 0.0 { scale } else { 1.0 };
-        (self.slew_s > 0.0).then(|| scale / self.slew_s)
+        (self.slew > 0.0).then(|| scale * self.slew)
     }
 
     /// Writes the scenarios of the branches that have changed; returns the paths of new files.
@@ -318,7 +319,8 @@ impl<'a> Control<'a> {
             "variables": self.variables(),
             "events": events,
             "expectations": outcomes.iter().map(expectation).collect::<Vec<_>>(),
-            "slew_s": self.slew_s,
+            "slew": self.slew,
+            "sets": [],
             "message": self.message,
         })
     }
@@ -382,28 +384,32 @@ pub fn ended_text(ended: &Ended) -> String {
     }
 }
 
-/// An expectation as visitors see it.
-#[derive(Serialize)]
-struct Shown<'o> {
-    name: &'o str,
-    verdict: &'static str,
-    measured: Option<f64>,
-    bound: Option<f64>,
-    unit: &'static str,
-    detail: &'o str,
-}
-
-fn expectation(outcome: &Outcome) -> Shown<'_> {
-    Shown {
-        name: &outcome.name,
-        verdict: match outcome.verdict {
+/// Returns an expectation as visitors see it.
+fn expectation(outcome: &Outcome) -> Value {
+    let comparison = Comparison {
+        measured: outcome.measured,
+        bound: outcome.bound,
+        other_bound: outcome.other_bound,
+        margin: outcome.margin,
+    };
+    let shown = Shown::of(&comparison, outcome.unit.symbol());
+    let bound = outcome.bound.map(|bound| {
+        // The margin grows with the distance above a lower bound.
+        let above = outcome.measured.map(|measured| measured - bound);
+        let is_lower = above
+            .zip(outcome.margin)
+            .is_some_and(|(above, margin)| above * margin > 0.0);
+        let relation = if is_lower { "≥" } else { "≤" };
+        format!("{relation} {}", shown.with_unit(bound))
+    });
+    json!({
+        "name": outcome.name,
+        "verdict": match outcome.verdict {
             Verdict::Pass => "pass",
             Verdict::Fail => "fail",
             Verdict::Unobserved => "unobserved",
         },
-        measured: outcome.measured.filter(|value| value.is_finite()),
-        bound: outcome.bound.filter(|value| value.is_finite()),
-        unit: outcome.unit.symbol(),
-        detail: &outcome.detail,
-    }
+        "measured": outcome.measured.map(|it| shown.with_unit(it)),
+        "bound": bound,
+    })
 }

@@ -101,6 +101,8 @@ pub struct Server<'a> {
     socket: WebSocketServerHandle,
     state: Json,
     frame: Json,
+    /// Time of the last frame.
+    drawn: Option<SimTime>,
     poses: Option<LivePoses>,
     places: Places,
     /// Number of requests that the last state had, and its time.
@@ -137,7 +139,7 @@ impl<'a> Server<'a> {
         let published = Published::new(published, session.rig())?;
         let state = Json::new(&context, "/live/state")?;
         let frame = Json::new(&context, "/live/frame")?;
-        let (requests, asked) = requests::channel(session.variables());
+        let (requests, asked) = requests::channel();
         let end = assembly.end().as_nanos().saturating_add(EPOCH.as_nanos());
         let mut server = context
             .websocket_server()
@@ -182,6 +184,7 @@ impl<'a> Server<'a> {
             socket,
             state,
             frame,
+            drawn: None,
             poses,
             places,
             shown: (u64::MAX, now),
@@ -281,14 +284,10 @@ impl<'a> Server<'a> {
         let now = session.now();
         self.socket
             .broadcast_time(now.as_nanos().saturating_add(EPOCH.as_nanos()));
-        self.requests.show(&self.control);
-        if let Some(poses) = &self.poses
-            && self.frame.is_wanted()
-            && let Some((at, values)) = self.published.plant()
-            && let Some(frame) = poses.at(at, values)
-        {
-            self.frame.publish(at, &frame);
+        if let Some(changed) = self.requests.show(&self.control) {
+            self.socket.publish_parameter_values(changed);
         }
+        self.show_frame();
         let (changes, at) = self.shown;
         let wall = clock();
         if changes == self.control.changes && wall < at + STATE_PERIOD {
@@ -310,8 +309,23 @@ impl<'a> Server<'a> {
             self.state.publish(now, &self.control.state());
         }
         self.socket
-            .broadcast_playback_state(self.requests.playback(&self.control));
-        self.socket
-            .publish_parameter_values(requests::parameters(&self.control));
+            .broadcast_playback_state(requests::playback(&self.control));
+    }
+
+    /// Publishes the pose of the robot, if there is a new one or that of the last state may have
+    /// been missed.
+    fn show_frame(&mut self) {
+        let Some(poses) = &self.poses else {
+            return;
+        };
+        let is_due = clock() >= self.shown.1 + STATE_PERIOD;
+        if self.frame.is_wanted()
+            && let Some((at, values)) = self.published.plant()
+            && (is_due || self.drawn != Some(at))
+            && let Some(frame) = poses.at(at, values)
+        {
+            self.frame.publish(at, &frame);
+            self.drawn = Some(at);
+        }
     }
 }

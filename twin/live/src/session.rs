@@ -59,9 +59,9 @@ pub struct Session<'a> {
     variables: Vec<(String, Unit)>,
 }
 
-/// Memory that a judge takes at most: of a scenario without expectations, and of each of them
-/// \[bytes\].
-const JUDGE_BYTES: [usize; 2] = [64 << 10, 32 << 10];
+/// Memory that a judge takes at most: most of it is the detection of load cycles, and each
+/// expectation adds some \[bytes\].
+const JUDGE_BYTES: [usize; 2] = [512 << 10, 8 << 10];
 
 impl<'a> Session<'a> {
     /// Creates a session at the start of the scenario, whose saved states take `limit` bytes at

@@ -229,6 +229,34 @@ fn states_of_another_future_are_not_restored() {
     assert_branches_are_runs(&mut session, &registry, assembly.end());
 }
 
+/// The memory that saved states take is what a session says, so that its limit is one.
+#[test]
+fn reach_tells_the_memory_of_saved_states() {
+    let registry = Registry::standard();
+    for file in [
+        "trot.toml",
+        "tegotae-tactile.toml",
+        "bench.toml",
+        "push.toml",
+        "stand.toml",
+    ] {
+        let path = Path::new("../../scenarios").join(file);
+        let assembly = Assembly::builder(&registry).file(&path).unwrap();
+        let mut session = Session::new(&assembly, 1 << 30).unwrap();
+        session.advance(ms(350), &mut ());
+        let before = session.reach().unwrap();
+        let used = allocation_counter::measure(|| session.advance(ms(1050), &mut ()));
+        let after = session.reach().unwrap();
+        assert_eq!(after.count - before.count, 7);
+        let told = i64::try_from(after.bytes[0] - before.bytes[0]).unwrap();
+        let used = used.bytes_current;
+        assert!(
+            (used..5 * used).contains(&told),
+            "{file}: {told} told, {used} used"
+        );
+    }
+}
+
 /// A jump of a slider is a ramp of changes, none greater than the rate allows.
 #[test]
 fn slew_limits_the_steps_of_a_change() {

@@ -196,16 +196,26 @@ impl Page {
         let blocks: String = self.blocks.iter().map(Block::html).collect();
         let terms: String = self.terms.iter().map(Term::html).collect();
         let terms = element("dl", "", &format!("\n{terms}"));
-        let scripts: String = scripts.iter().map(Script::html).collect();
-        format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-             <title>{title}</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n<main>\n\
-             <header><p class=\"kind\">{kind}</p><h1>{title}</h1>\
+        let body = format!(
+            "<main>\n<header><p class=\"kind\">{kind}</p><h1>{title}</h1>\
              <p class=\"headline\">{headline}</p></header>\n{blocks}\
-             <h2>Reproduction</h2>\n{terms}\n</main>\n{scripts}</body>\n</html>\n"
-        )
+             <h2>Reproduction</h2>\n{terms}\n</main>\n"
+        );
+        document(&self.title, style, &body, scripts)
     }
+}
+
+/// Returns a document with the style sheet of all pages and another one behind it, a body in HTML,
+/// and scripts and their data at its end, in their order.
+pub fn document(title: &str, style: &str, body: &str, scripts: &[Script]) -> String {
+    let title = escaped(title);
+    let scripts: String = scripts.iter().map(Script::html).collect();
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n{body}\
+         {scripts}</body>\n</html>\n"
+    )
 }
 
 impl Block {

@@ -4,10 +4,12 @@ use std::ops::Range;
 
 use serde::Serialize;
 use twinrig_kernel::{Layout, SimDuration, SimTime, signal};
-use twinrig_record::{FrameSampler, Skeleton};
+use twinrig_record::{EPOCH, FrameSampler, Skeleton};
+use twinrig_report::page::{Script, document};
 use twinrig_rig::Assembly;
 
 use crate::figure::{JOINTS, NUMBERS, forward_angle};
+use crate::page::{STYLE, UPLOT};
 
 /// Pose of the robot and forces on it at an instant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,11 +44,72 @@ pub struct LiveLeg {
     pub offsets: [[f64; 3]; JOINTS],
 }
 
+/// Scripts of the page, in the order in which they follow each other.
+const MODULE: &[&str] = &[
+    include_str!("../script/data.js"),
+    include_str!("../script/live/protocol.js"),
+    include_str!("../script/live/state.js"),
+    include_str!("../script/figure.js"),
+    include_str!("../script/plots.js"),
+    include_str!("../script/live/sliders.js"),
+    include_str!("../script/live/controls.js"),
+    include_str!("../script/live/signals.js"),
+    include_str!("../script/live/main.js"),
+];
+
+/// What the scripts of the page know from the start.
+#[derive(Serialize)]
+struct Data<'a> {
+    socket: u16,
+    title: &'a str,
+    scenario: &'a str,
+    plant: &'a str,
+    end_s: f64,
+    /// A text: not each of its digits is one of a number in a script.
+    epoch_ns: String,
+    hardware: bool,
+    figure: Option<Figure>,
+}
+
+#[derive(Serialize)]
+struct Figure {
+    weight: f64,
+    ground: Option<()>,
+    legs: Vec<LiveLeg>,
+}
+
 /// Returns the page of a run that goes on, whose visitors connect to the WebSocket at the port
 /// `socket` of the same host.
 pub fn page(assembly: &Assembly<'_>, socket: u16, figure: Option<LiveFigure>) -> String {
-    let _ = (assembly, socket, figure);
-    String::new()
+    let scenario = assembly.scenario();
+    let data = Data {
+        socket,
+        title: &scenario.name,
+        scenario: &scenario.file,
+        plant: &scenario.plant.model,
+        end_s: assembly.end().as_secs_f64(),
+        epoch_ns: EPOCH.as_nanos().to_string(),
+        hardware: false,
+        figure: figure.map(|LiveFigure { weight, legs }| Figure {
+            weight,
+            ground: None,
+            legs,
+        }),
+    };
+    // Numbers and texts can always be serialised. No text in them ends the script.
+    let data = serde_json::to_string(&data).unwrap_or_default();
+    let data = data.replace('<', "\\u003c");
+    let style = [STYLE, include_str!("../script/live/live.css")].concat();
+    let scripts = [
+        Script::Data {
+            id: "live-data",
+            text: data,
+        },
+        Script::Library(UPLOT),
+        Script::Module(MODULE.concat()),
+    ];
+    let body = include_str!("../script/live/live.html");
+    document(&scenario.name, &style, body, &scripts)
 }
 
 /// Poses of a robot from the samples of its plant.

@@ -23,11 +23,11 @@ pub struct Page {
 }
 
 /// Style sheet and scripts, in the order in which they follow each other.
-const STYLE: &str = concat!(
+pub(crate) const STYLE: &str = concat!(
     include_str!("../assets/uplot/uPlot.min.css"),
     include_str!("../script/view.css")
 );
-const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
+pub(crate) const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
 const MODULE: &[&str] = &[
     include_str!("../script/data.js"),
     include_str!("../script/clock.js"),

@@ -12,6 +12,7 @@ use foxglove::websocket::{
     SetParametersResponder,
 };
 use serde_json::Value;
+use twinrig_kernel::Unit;
 use twinrig_record::EPOCH;
 use twinrig_runtime::ProcessVariable;
 
@@ -71,12 +72,9 @@ pub(super) struct Asking {
     seen: Arc<Mutex<Seen>>,
 }
 
-pub(super) fn channel(variables: &[ProcessVariable]) -> (Requests, Asking) {
+pub(super) fn channel() -> (Requests, Asking) {
     let (send, queue) = sync_channel(WAITING);
-    let seen = Arc::new(Mutex::new(Seen {
-        parameters: variables.iter().flat_map(parameter).collect(),
-        playback: None,
-    }));
+    let seen = Arc::new(Mutex::new(Seen::default()));
     let asking = Asking {
         queue: send,
         seen: seen.clone(),
@@ -97,19 +95,19 @@ impl Requests {
         }
     }
 
-    /// Shows visitors the present values.
-    pub(super) fn show(&self, control: &Control<'_>) {
+    /// Lets visitors see the present values; returns the parameters if they have changed.
+    pub(super) fn show(&self, control: &Control<'_>) -> Option<Vec<Parameter>> {
+        let parameters = parameters(control);
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.parameters = parameters(control);
         seen.playback = Some(playback(control));
-    }
-
-    pub(super) fn playback(&self, control: &Control<'_>) -> PlaybackState {
-        playback(control)
+        let is_new = seen.parameters != parameters;
+        seen.parameters.clone_from(&parameters);
+        is_new.then_some(parameters)
     }
 }
 
-fn playback(control: &Control<'_>) -> PlaybackState {
+/// Returns the state of playback.
+pub(super) fn playback(control: &Control<'_>) -> PlaybackState {
     let session = control.session();
     #[expect(clippy::cast_possible_truncation, reason = "a factor for a display")]
     let speed = control.speed().min(1e6) as f32;
@@ -126,30 +124,28 @@ fn playback(control: &Control<'_>) -> PlaybackState {
     }
 }
 
-/// Returns the process variables as parameters.
-pub(super) fn parameters(control: &Control<'_>) -> Vec<Parameter> {
-    control
-        .session()
-        .variables()
-        .iter()
-        .flat_map(parameter)
-        .collect()
-}
-
 /// Suffix of the parameter with range and unit of a variable.
 const ABOUT: &str = ".about";
 
-fn parameter(variable: &ProcessVariable) -> [Parameter; 2] {
-    let (name, unit) = (variable.name(), variable.unit().symbol());
-    let about = format!(
-        "{unit} in {}, default {}",
-        variable.range_text(),
-        variable.default()
-    );
-    [
-        Parameter::float64(name, variable.value()),
-        Parameter::string(format!("{name}{ABOUT}"), about),
-    ]
+/// Returns the values that the process variables are to have, with their ranges and units.
+fn parameters(control: &Control<'_>) -> Vec<Parameter> {
+    let session = control.session();
+    let variables = session.variables().iter().enumerate();
+    let parameter = |(index, variable): (usize, &ProcessVariable)| {
+        let name = variable.name();
+        let value = session.target(index).unwrap_or_else(|| variable.value());
+        let unit = match variable.unit() {
+            Unit::One => "",
+            unit => unit.symbol(),
+        };
+        let (range, default) = (variable.range_text(), variable.default());
+        let about = format!("{range} {unit}, default {default} {unit}").replace(" ,", ",");
+        [
+            Parameter::float64(name, value),
+            Parameter::string(format!("{name}{ABOUT}"), about.trim_end()),
+        ]
+    };
+    variables.flat_map(parameter).collect()
 }
 
 impl Asking {

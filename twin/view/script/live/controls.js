@@ -54,7 +54,9 @@ class Transport {
     this.play.setAttribute("aria-label", label);
     this.play.title = label;
     this.back.disabled = this.slider.disabled = !reach;
-    this.track.title = reach ? "Ticks: events; ◆: begin of a branch; filled: times that can be set" : "This plant has no saved states: it cannot be set back.";
+    this.track.title = reach
+      ? "Ticks: events; ◆: begin of a branch; filled: times that can be set"
+      : "This plant has no saved states: it cannot be set back.";
     const known = [...new Set([...SPEEDS, speed])];
     this.speeds.set(known);
     if (document.activeElement !== this.speed) this.speed.value = speed;
@@ -155,7 +157,9 @@ class Branches {
     this.rows.set(inTree(branches));
     const mebibytes = (bytes) => short(Number((bytes / 2 ** 20).toPrecision(3)));
     const text = reach
-      ? `A change in the past begins a branch. The run can be set to any time from ${reach.from_s.toFixed(3)} s: ${reach.count} saved states, every ${short(reach.spacing_s)} s, ${mebibytes(reach.bytes)} of ${mebibytes(reach.limit)} MiB.`
+      ? `A change in the past begins a branch. The run can be set to any time from ${reach.from_s.toFixed(3)} s: ` +
+        `${reach.count} saved states, every ${short(reach.spacing_s)} s, ` +
+        `${mebibytes(reach.bytes)} of ${mebibytes(reach.limit)} MiB.`
       : "This plant has no saved states: it cannot be set back, and has no branches.";
     write(this.reach, text);
   }

@@ -58,6 +58,8 @@ function stateChanged(_, view, offset) {
   const isNew = state.message && before?.message !== state.message;
   if (isNew && !byId("message").textContent.endsWith(state.message)) say(state.message, false);
   for (const part of parts) part.update(state);
+  // The plot follows the time also without new samples.
+  signals.isNew ||= before?.now_s !== state.now_s;
   document.documentElement.dataset.ready = "true";
   schedule();
 }

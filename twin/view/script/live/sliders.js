@@ -132,7 +132,7 @@ class Sets {
     host.append(
       make("form", { class: "line", onsubmit: save }, "Save the values as", name, make("button", { type: "submit" }, "save")),
       make("div", { class: "line", role: "group", "aria-label": "Saved sets" }, "Recall", saved, this.none),
-      make("div", { class: "line" }, make("label", { for: "slew" }, "Rate limit"), this.slew, "ranges per second; 0: none"),
+      make("div", { class: "line" }, make("label", { for: "slew" }, "Rate limit"), this.slew, "default values per second; 0: none"),
     );
   }
 
