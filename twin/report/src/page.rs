@@ -41,7 +41,7 @@ pub enum Script {
     Data {
         /// Identifier.
         id: &'static str,
-        /// Text; special characters of HTML are escaped, which Base64 has none of.
+        /// Base64 or JSON, whose `<` is escaped: no text in it ends the script.
         text: String,
     },
     /// Code with the names of the whole page: a library.
@@ -54,7 +54,8 @@ impl Script {
     fn html(&self) -> String {
         match self {
             Self::Data { id, text } => {
-                let text = escaped(text);
+                // Entities are not decoded in scripts.
+                let text = text.replace('<', "\\u003c");
                 format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n")
             }
             Self::Library(code) => format!("<script>\n{code}</script>\n"),
@@ -213,7 +214,8 @@ pub fn document(title: &str, style: &str, body: &str, scripts: &[Script]) -> Str
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>{title}</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n{body}\
+         <link rel=\"icon\" href=\"data:,\"/>\n<title>{title}</title>\n\
+         <style>\n{STYLE}{style}</style>\n</head>\n<body>\n{body}\
          {scripts}</body>\n</html>\n"
     )
 }

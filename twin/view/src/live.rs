@@ -96,9 +96,8 @@ pub fn page(assembly: &Assembly<'_>, socket: u16, figure: Option<LiveFigure>) ->
             legs,
         }),
     };
-    // Numbers and texts can always be serialised. No text in them ends the script.
+    // Numbers and texts can always be serialised.
     let data = serde_json::to_string(&data).unwrap_or_default();
-    let data = data.replace('<', "\\u003c");
     let style = [STYLE, include_str!("../script/live/live.css")].concat();
     let scripts = [
         Script::Data {
