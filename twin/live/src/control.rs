@@ -10,7 +10,9 @@ use twinrig_report::comparison::{Comparison, Shown};
 use twinrig_runtime::{Bound, Observer};
 use twinrig_scenario::{Outcome, Verdict};
 
+use crate::futures;
 use crate::session::{Ended, Session};
+use crate::sets::{Sets, write_whole};
 use crate::watch::EventKind;
 
 /// Request of a visitor, by the name of its service.
@@ -56,6 +58,23 @@ pub enum Request {
         /// Instant \[s\]; none: the latest that it has reached.
         at_s: Option<f64>,
     },
+    /// Compare two branches, footstep by footstep.
+    Compare {
+        /// Number of the first.
+        one: usize,
+        /// Number of the second.
+        other: usize,
+    },
+    /// Save the present values of the process variables.
+    Save {
+        /// Name of the set.
+        name: String,
+    },
+    /// Set the process variables to saved values.
+    Recall {
+        /// Name of the set.
+        name: String,
+    },
 }
 
 /// Where a step leads.
@@ -70,12 +89,15 @@ pub enum StepTo {
 }
 
 /// Names of the services.
-pub const SERVICES: [&str; 8] = [
-    "play", "pause", "step", "seek", "speed", "set", "slew", "branch",
+pub const SERVICES: [&str; 11] = [
+    "play", "pause", "step", "seek", "speed", "set", "slew", "branch", "compare", "save", "recall",
 ];
 
 /// Greatest factor of time.
 const SPEED_MAX: f64 = 1000.0;
+
+/// Folder of the sets of values, in that of the branches.
+const SETS: &str = "sets";
 
 /// Number of events that are shown.
 const EVENTS: usize = 50;
@@ -91,6 +113,7 @@ pub struct Control<'a> {
     message: Option<String>,
     /// Folder of the scenarios of branches.
     folder: PathBuf,
+    sets: Sets,
     /// Number of acts of each branch that its file has.
     written: Vec<usize>,
     /// Number of requests that were carried out.
@@ -109,6 +132,7 @@ impl<'a> Control<'a> {
             slew: 0.0,
             message: None,
             folder: folder.to_owned(),
+            sets: Sets::new(folder.join(SETS)),
             written: Vec::new(),
             changes: 0,
             has_jumped: false,
@@ -146,18 +170,22 @@ impl<'a> Control<'a> {
         self.session.advance(to, caller);
     }
 
-    /// Carries out a request.
+    /// Carries out a request; returns the response.
     ///
     /// # Errors
     /// A refusal, which says why.
-    pub fn handle(&mut self, request: &Request, caller: &mut dyn Observer) -> Result<(), String> {
+    pub fn handle(
+        &mut self,
+        request: &Request,
+        caller: &mut dyn Observer,
+    ) -> Result<Value, String> {
         let handled = self.carry_out(request, caller);
         self.message = handled.clone().err();
         self.changes += 1;
         handled
     }
 
-    fn carry_out(&mut self, request: &Request, caller: &mut dyn Observer) -> Result<(), String> {
+    fn carry_out(&mut self, request: &Request, caller: &mut dyn Observer) -> Result<Value, String> {
         match *request {
             Request::Play => {
                 if let Some(ended) = self.session.ended() {
@@ -210,8 +238,38 @@ impl<'a> Control<'a> {
                 let selected = self.session.select(number, at, caller);
                 selected.map_err(|error| error.to_string())?;
             }
+            Request::Compare { one, other } => {
+                let compared = futures::compare(&self.session, [one, other]);
+                let compared = compared.map_err(|error| error.to_string())?;
+                return serde_json::to_value(compared).map_err(|error| error.to_string());
+            }
+            Request::Save { ref name } => self.save_set(name)?,
+            Request::Recall { ref name } => {
+                let values = self.sets.read(name, self.session.variables())?;
+                let values = values.iter();
+                let values = values.map(|(name, value)| (&**name, *value, self.slew_of(name)));
+                let values: Vec<_> = values.collect();
+                let set = self.session.set_all(&values);
+                set.map_err(|error| error.to_string())?;
+            }
         }
-        Ok(())
+        Ok(json!({ "ok": true }))
+    }
+
+    fn save_set(&mut self, name: &str) -> Result<(), String> {
+        let session = &self.session;
+        let variables = session.variables().iter().enumerate();
+        let values = variables.map(|(index, variable)| {
+            let target = session.target(index);
+            (variable, target.unwrap_or_else(|| variable.value()))
+        });
+        let values: Vec<_> = values.collect();
+        let comment = format!(
+            "Process variables of {} at {}.",
+            session.name(),
+            session.now()
+        );
+        self.sets.save(name, &comment, &values)
     }
 
     /// Returns the greatest change of a variable per second; none without a limit.
@@ -258,10 +316,7 @@ impl<'a> Control<'a> {
         let text = text.map_err(|error| error.to_string())?;
         let failed = |error: std::io::Error| format!("cannot write {}: {error}", path.display());
         std::fs::create_dir_all(&self.folder).map_err(failed)?;
-        // Whole, or not at all.
-        let unfinished = path.with_extension("toml.part");
-        std::fs::write(&unfinished, text).map_err(failed)?;
-        std::fs::rename(&unfinished, path).map_err(failed)
+        write_whole(path, &text).map_err(failed)
     }
 
     /// Returns the path of the scenario of a branch.
@@ -320,7 +375,7 @@ impl<'a> Control<'a> {
             "events": events,
             "expectations": outcomes.iter().map(expectation).collect::<Vec<_>>(),
             "slew": self.slew,
-            "sets": [],
+            "sets": self.sets.names(),
             "message": self.message,
         })
     }

@@ -30,6 +30,8 @@
 //! | `snapshots` | saved states with a limit in memory |
 //! | `branch` | the changes of a run, and its scenario |
 //! | `watch` | fingerprint, judge and events on the way |
+//! | `futures` | two branches, footstep by footstep |
+//! | `sets` | named sets of values |
 //! | `control` | requests of visitors, and what they see |
 //! | `server` | visitors by WebSocket, and a page (feature `server`) |
 //!
@@ -41,14 +43,17 @@
 mod branch;
 pub mod control;
 mod error;
+mod futures;
 #[cfg(feature = "server")]
 pub mod server;
 mod session;
+mod sets;
 mod snapshots;
 mod watch;
 
 pub use branch::{Act, Branch};
 pub use error::LiveError;
+pub use futures::{FootstepPair, Futures};
 pub use session::{Ended, Session};
 pub use snapshots::{Reach, SNAPSHOT_BYTES};
 pub use watch::{Event, EventKind};

@@ -118,6 +118,10 @@ impl<'a> Session<'a> {
         self.now
     }
 
+    pub(crate) fn assembly(&self) -> &'a Assembly<'a> {
+        self.assembly
+    }
+
     /// Returns the name of the scenario.
     pub fn name(&self) -> &str {
         &self.assembly.scenario().name
@@ -141,6 +145,17 @@ impl<'a> Session<'a> {
     /// Returns all branches; the first is the run of the scenario.
     pub fn branches(&self) -> &[Branch] {
         &self.branches
+    }
+
+    /// Returns a branch.
+    ///
+    /// # Errors
+    /// [`LiveError::NoSuchBranch`].
+    pub fn branch(&self, number: usize) -> Result<&Branch, LiveError> {
+        let count = self.branches.len();
+        let branch = number;
+        let no_such = LiveError::NoSuchBranch { branch, count };
+        self.branches.get(number).ok_or(no_such)
     }
 
     /// Returns the index of the present branch.
@@ -192,25 +207,40 @@ impl<'a> Session<'a> {
     /// [`LiveError::NoSuchVariable`], or [`LiveError::Refused`] if the controller would refuse the
     /// value now.
     pub fn set(&mut self, variable: &str, value: f64, slew: Option<f64>) -> Result<(), LiveError> {
+        self.set_all(&[(variable, value, slew)])
+    }
+
+    /// Sets several variables as [`Self::set`] does, all or none.
+    ///
+    /// # Errors
+    /// As [`Self::set`].
+    pub fn set_all(&mut self, values: &[(&str, f64, Option<f64>)]) -> Result<(), LiveError> {
+        let mut targets = Vec::new();
+        for &(variable, value, slew) in values {
+            if let Some(rate) = slew
+                && !(rate > 0.0 && rate.is_finite())
+            {
+                let why = format!("a rate of {rate} is not above 0");
+                return Err(LiveError::Refused(why));
+            }
+            targets.push((self.index_of(variable)?, Target { value, slew }));
+        }
+        let values = targets.iter().map(|(index, target)| (*index, target.value));
+        let checked = self.rig.check_values(&values.collect::<Vec<_>>());
+        checked.map_err(|error| LiveError::Refused(refusal(error)))?;
+        self.targets.extend(targets);
+        Ok(())
+    }
+
+    fn index_of(&self, variable: &str) -> Result<usize, LiveError> {
         let names = || self.variables.iter().map(|(name, _)| name.as_str());
-        let Some(index) = names().position(|name| name == variable) else {
+        names().position(|name| name == variable).ok_or_else(|| {
             let near = near_misses(variable, names()).into_iter();
-            return Err(LiveError::NoSuchVariable {
+            LiveError::NoSuchVariable {
                 name: variable.to_owned(),
                 near: near.map(str::to_owned).collect(),
-            });
-        };
-        if let Some(rate) = slew
-            && !(rate > 0.0 && rate.is_finite())
-        {
-            return Err(LiveError::Refused(format!(
-                "a rate of {rate} is not above 0"
-            )));
-        }
-        let checked = self.rig.check_values(&[(index, value)]);
-        checked.map_err(|error| LiveError::Refused(refusal(error)))?;
-        self.targets.insert(index, Target { value, slew });
-        Ok(())
+            }
+        })
     }
 
     /// Returns the variables of the controller with their present values.
@@ -464,10 +494,7 @@ impl<'a> Session<'a> {
         at: Option<SimTime>,
         caller: &mut dyn Observer,
     ) -> Result<(), LiveError> {
-        let Some(other) = self.branches.get(branch) else {
-            let count = self.branches.len();
-            return Err(LiveError::NoSuchBranch { branch, count });
-        };
+        let other = self.branch(branch)?;
         let at = at.map_or(other.reached, |at| at.min(other.reached));
         let common = other.common(&self.branches[self.present]);
         self.snapshots()?;
@@ -505,9 +532,7 @@ impl<'a> Session<'a> {
     /// [`LiveError::NoSuchBranch`], or [`LiveError::Branch`] if the scenario has other changes than
     /// the branch.
     pub fn text_of(&self, branch: usize, to: &Path) -> Result<String, LiveError> {
-        let count = self.branches.len();
-        let no_such = LiveError::NoSuchBranch { branch, count };
-        let branch = self.branches.get(branch).ok_or(no_such)?;
+        let branch = self.branch(branch)?;
         let text = branch.text(self.assembly, &self.variables, to)?;
         self.check(branch, &text, to)?;
         Ok(text)

@@ -37,9 +37,9 @@ enum Reply {
 }
 
 impl Asked {
-    pub(super) fn reply(self, answered: Result<(), String>, control: &Control<'_>) {
+    pub(super) fn reply(self, answered: Result<Value, String>, control: &Control<'_>) {
         match self.reply {
-            Some(Reply::Call(responder)) => responder.respond(answered.map(|()| OK)),
+            Some(Reply::Call(responder)) => responder.respond(answered.map(|it| it.to_string())),
             Some(Reply::Parameters(responder, names)) => {
                 let mut all = parameters(control);
                 all.retain(|it| names.contains(&it.name));
@@ -49,8 +49,6 @@ impl Asked {
         }
     }
 }
-
-const OK: &str = r#"{"ok":true}"#;
 
 /// What visitors see without a request to the run.
 #[derive(Default)]

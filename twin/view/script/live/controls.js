@@ -134,21 +134,26 @@ class Branches {
   constructor(host) {
     this.reach = make("p", { class: "soft" });
     const body = table(host, ["branch", "", "begins", "reached", "changes", "scenario"], "Branches");
-    host.append(this.reach);
+    const compared = make("div", { "aria-live": "polite" });
+    host.append(this.reach, compared);
     this.rows = new Keyed(body, (it) => it.number, (branch) => {
       const go = button("go to", `Go to branch ${branch.number}`, () => request("branch", { number: branch.number, at_s: null }));
+      const compare = button("compare", `Compare branch ${branch.number} with the one that is shown`, async () => {
+        const futures = await request("compare", { one: state.branch, other: branch.number });
+        if (futures) compared.replaceChildren(...comparison(futures));
+      });
       const file = make("code", {}, branch.file ?? "");
       const texts = (it, _, element) => {
         const isShown = state.branch === it.number;
         element.setAttribute("aria-current", String(isShown));
-        go.disabled = isShown;
+        go.disabled = compare.disabled = isShown;
         const indent = "\u2003".repeat(Math.max(depth(state.branches, it) - 1, 0)) + (it.parent === null ? "" : "└ ");
         write(file, it.file ?? "");
         const name = `${indent}${it.number}${isShown ? " (shown)" : ""}`;
         return [name, `${it.begin_s.toFixed(3)} s`, `${it.reached_s.toFixed(3)} s`, String(it.acts)];
       };
       const shown = row(4, texts, file);
-      shown.element.firstChild.after(make("td", {}, go));
+      shown.element.firstChild.after(make("td", {}, go, compare));
       return shown;
     });
   }
@@ -163,6 +168,28 @@ class Branches {
       : "This plant has no saved states: it cannot be set back, and has no branches.";
     write(this.reach, text);
   }
+}
+
+// Footsteps of two branches, side by side, and their differences.
+function comparison({ branches: [a, b], window_s: [from, to], pairs, alone }) {
+  const caption = `Branches ${a} and ${b} are the same run up to ${from.toFixed(3)} s; footsteps up to ${to.toFixed(3)} s:`;
+  const nodes = [make("p", {}, caption)];
+  const host = make("div");
+  const signed = (value, digits) => `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(digits)}`;
+  const difference = ([one, other], scale, digits) => signed((other - one) * scale, digits);
+  const body = table(host, ["leg", `touch-down, ${a}`, `${b} − ${a}`, "stance", "forward", "left"], "Footsteps of two branches");
+  for (const { leg, touch_down_s, stance_s, position_m } of pairs) {
+    const moved = (axis) => (position_m.includes(null) ? "" : `${difference(position_m.map((at) => at[axis]), 1e3, 1)} mm`);
+    const cells = [leg, `${touch_down_s[0].toFixed(3)} s`, `${difference(touch_down_s, 1e3, 1)} ms`, `${difference(stance_s, 1e3, 1)} ms`, moved(0), moved(1)];
+    body.append(make("tr", {}, ...cells.map((text) => make("td", {}, text))));
+  }
+  nodes.push(host);
+  if (pairs.length === 0) nodes.push(make("p", { class: "soft" }, "They have no footstep in common since then."));
+  if (alone.length) {
+    const list = alone.map(([branch, leg, at]) => `${leg} at ${at.toFixed(3)} s in ${branch}`);
+    nodes.push(make("p", {}, `In one alone: ${list.join("; ")}.`));
+  }
+  return nodes;
 }
 
 const VERDICTS = { pass: "✓ pass", fail: "✗ fail", unobserved: "○ unobserved" };

@@ -33,12 +33,12 @@ function say(text, isRefusal) {
 async function request(name, body = {}) {
   const before = messages;
   try {
-    await connection.call(name, body);
+    const response = await connection.call(name, body);
     if (messages === before) say("", false);
-    return true;
+    return response;
   } catch (error) {
     say(error.message, true);
-    return false;
+    return null;
   }
 }
 
