@@ -241,7 +241,7 @@ impl<'a> Control<'a> {
             Request::Compare { one, other } => {
                 let compared = futures::compare(&self.session, [one, other]);
                 let compared = compared.map_err(|error| error.to_string())?;
-                return serde_json::to_value(compared).map_err(|error| error.to_string());
+                return Ok(json!({ "ok": true, "futures": compared }));
             }
             Request::Save { ref name } => self.save_set(name)?,
             Request::Recall { ref name } => {
@@ -321,7 +321,8 @@ impl<'a> Control<'a> {
 
     /// Returns the path of the scenario of a branch.
     pub fn path(&self, branch: usize) -> PathBuf {
-        let name = self.session.name();
+        let file = Path::new(&self.session.assembly().scenario().file);
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
         self.folder.join(format!("{name}-{branch}.toml"))
     }
 

@@ -139,8 +139,8 @@ class Branches {
     this.rows = new Keyed(body, (it) => it.number, (branch) => {
       const go = button("go to", `Go to branch ${branch.number}`, () => request("branch", { number: branch.number, at_s: null }));
       const compare = button("compare", `Compare branch ${branch.number} with the one that is shown`, async () => {
-        const futures = await request("compare", { one: state.branch, other: branch.number });
-        if (futures) compared.replaceChildren(...comparison(futures));
+        const response = await request("compare", { one: state.branch, other: branch.number });
+        if (response) compared.replaceChildren(...comparison(response.futures));
       });
       const file = make("code", {}, branch.file ?? "");
       const texts = (it, _, element) => {

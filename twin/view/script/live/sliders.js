@@ -50,7 +50,7 @@ function variableRow(first) {
       "div",
       { class: "head" },
       make("label", { for: id }, name),
-      make("span", { class: "soft range" }, actual, ` ${first.range}${unit === "1" ? "" : ` ${unit}`}`),
+      make("span", { class: "soft range" }, actual, ` ${first.range.replace(/\d+\.\d+/g, (digits) => short(Number(digits)))}${unit === "1" ? "" : ` ${unit}`}`),
     ),
     make("div", { class: "track" }, slider, make("div", { class: "marks", "aria-hidden": "true" }, usualMark, actualMark)),
     field,
