@@ -281,7 +281,7 @@ impl<'a> Control<'a> {
             default => default,
         };
         let scale = if scale > 0.0 { scale } else { 1.0 };
-        (self.slew > 0.0).then(|| scale * self.slew)
+        (self.slew > 0.0).then_some(scale * self.slew)
     }
 
     /// Writes the scenarios of the branches that have changed; returns the paths of new files.

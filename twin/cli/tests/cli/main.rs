@@ -20,6 +20,7 @@ mod import;
 #[cfg(unix)]
 mod interrupt;
 mod junit;
+mod live;
 mod malformed;
 mod mjcf;
 mod observations;

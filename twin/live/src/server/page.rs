@@ -1,6 +1,7 @@
 //! The page of a session, over HTTP.
 
 use std::convert::Infallible;
+use std::future::ready;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -60,7 +61,7 @@ async fn serve(listener: TcpListener, text: Bytes) {
         };
         let text = text.clone();
         tokio::spawn(async move {
-            let service = service_fn(move |request| answer(request, text.clone()));
+            let service = service_fn(move |request| ready(answer(&request, text.clone())));
             let mut http = http1::Builder::new();
             let connection = http.keep_alive(false).max_buf_size(16 << 10);
             let _ = connection
@@ -71,10 +72,7 @@ async fn serve(listener: TcpListener, text: Bytes) {
     }
 }
 
-async fn answer(
-    request: Request<Incoming>,
-    text: Bytes,
-) -> Result<Response<Full<Bytes>>, Infallible> {
+fn answer(request: &Request<Incoming>, text: Bytes) -> Result<Response<Full<Bytes>>, Infallible> {
     let is_page = request.method() == Method::GET && request.uri().path() == "/";
     let mut response = if is_page {
         Response::new(Full::new(text))
