@@ -1,7 +1,7 @@
 //! A run that is watched and steered. A [`Session`] advances a rig in virtual time, seeks to any
 //! earlier instant, and changes process variables on the way. A change in the past of a run begins
-//! a [`Branch`], which the session writes as a scenario with a `[[change]]` for each act: `twin run`
-//! of that file is the same run, bit for bit.
+//! a [`Branch`], which the session writes as a scenario with a `[[change]]` for each act: `twin
+//! run` of that file is the same run, bit for bit.
 //!
 //! ```
 //! use twinrig_kernel::SimTime;

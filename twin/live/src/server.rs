@@ -213,14 +213,14 @@ impl<'a> Server<'a> {
                 self.answer(asked);
                 wait = next.saturating_duration_since(clock());
             }
-            self.go_on(next + TICK);
+            self.advance_to_clock(next + TICK);
             self.show(note);
         }
         self.show(note);
     }
 
     /// Advances to where the clock is, at most until `deadline`.
-    fn go_on(&mut self, deadline: Instant) {
+    fn advance_to_clock(&mut self, deadline: Instant) {
         if !self.control.is_playing() {
             self.anchor = (clock(), self.control.session().now());
             return;

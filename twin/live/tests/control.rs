@@ -47,8 +47,8 @@ fn with_control(name: &str, test: impl FnOnce(&mut Control<'_>, &Path)) {
     test(&mut control, folder.path());
 }
 
-/// Pause, two acts in the past, and the two futures: their footsteps are those of both runs, and the
-/// file of the branch has its fingerprint.
+/// Pause, two acts in the past, and the two futures: their footsteps are those of both runs, and
+/// the file of the branch has its fingerprint.
 #[test]
 fn futures_are_those_of_both_runs() {
     with_control("futures", |control, folder| {

@@ -194,7 +194,7 @@ def test_branch_and_original(folder: Path) -> None:
             await one.call("branch", number=0, at_s=None)
             await one.call("play")
             ended = await one.state(lambda it: it["branch"] == 0 and it["status"] == "ended")
-            expected = twinrig.run(TROT, until="4 s").fingerprint
+            expected = twinrig.run(TROT, set={"until": "4 s"}).fingerprint
             assert ended["branches"][0]["fingerprint"] == expected
 
     with twin(folder, str(TROT), "--set", "until=4 s") as live:

@@ -6,8 +6,8 @@ use std::ops::Range;
 use twinrig_kernel::Layout;
 use twinrig_runtime::Group;
 
-use crate::encoder::{ChannelId, Sink};
 use crate::schema::{self, GROUP_KEY, SIGNALS_KEY, TRACE_KEY};
+use crate::sink::{ChannelId, Sink};
 use crate::{RecordError, Topic, cdr, ros};
 
 /// A group of signals that are sampled together, with the selection of those recorded.

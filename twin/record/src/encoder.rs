@@ -1,8 +1,6 @@
 //! Messages of a run, from its samples, events and bytes: for a file, or for viewers of a run that
 //! goes on.
 
-use std::collections::BTreeMap;
-
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Group, RunEvent};
 
@@ -10,27 +8,9 @@ use crate::cdr::{self, CdrWriter};
 use crate::channels::{RecordedGroup, Sampled, add_group, add_topic, add_traces};
 use crate::messages::DEVICES_ARE_OPEN;
 use crate::poses::Poses;
-use crate::recorder::RunInfo;
+use crate::run_info::RunInfo;
+use crate::sink::{ChannelId, Sink};
 use crate::{ChangeMessage, EPOCH, EventMessage, Message, RecordError, Skeleton, Topic};
-
-/// A channel, by its number in its sink.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ChannelId(pub usize);
-
-/// Receiver of messages.
-pub trait Sink {
-    /// Adds a channel with messages of a type, which is given by name, encoding and definition.
-    fn add_channel(
-        &mut self,
-        topic: &str,
-        message_encoding: &str,
-        schema: [&str; 3],
-        metadata: &BTreeMap<String, String>,
-    ) -> ChannelId;
-
-    /// Adds a message of `size` bytes, which `fill` writes.
-    fn message(&mut self, channel: ChannelId, time: u64, size: usize, fill: impl FnOnce(&mut [u8]));
-}
 
 /// Encoder of a run, whose messages `sink` receives.
 pub struct Encoder<S: Sink> {
@@ -48,7 +28,7 @@ pub struct Encoder<S: Sink> {
 
 impl<S: Sink> Encoder<S> {
     /// Adds the channels of a run to `sink`. Frames are derived from the plant every `frames`, if
-    /// it is among `groups`.
+    /// that is among `groups`.
     ///
     /// # Errors
     /// [`RecordError::Describe`].
@@ -97,8 +77,8 @@ impl<S: Sink> Encoder<S> {
         self.poses_due = SimTime::ZERO;
     }
 
-    /// Encodes the selected signals of `group` at `now`, and the frames where they are due; `values`
-    /// has the layout of the group. Undeclared groups have no message.
+    /// Encodes the selected signals of `group` at `now`, and the frames where they are due;
+    /// `values` has the layout of the group. Undeclared groups have no message.
     #[inline]
     pub fn sample(&mut self, now: SimTime, group: Group, values: &[f64]) {
         let Some(sampled) = &self.groups[group as usize] else {
@@ -167,8 +147,8 @@ impl<S: Sink> Encoder<S> {
     }
 
     /// Encodes changes and exceptional events (skipped tasks, overruns). Begin and end of processes
-    /// and tasks, and skips that follow from the periods, are frequent and follow from the scenario:
-    /// they have no message.
+    /// and tasks, and skips that follow from the periods, are frequent and follow from the
+    /// scenario: they have no message.
     #[inline]
     pub fn event(&mut self, now: SimTime, event: RunEvent) {
         if !is_regular(event) {

@@ -72,7 +72,9 @@ mod poses;
 mod recorder;
 mod recording;
 mod ros;
+mod run_info;
 mod schema;
+mod sink;
 mod topic;
 
 pub use aligned::{
@@ -81,7 +83,7 @@ pub use aligned::{
 };
 pub use channels::{RecordedGroup, group_name};
 pub use divergence::{Comparison, Divergence, divergence_within, first_divergence};
-pub use encoder::{ChannelId, Encoder, Sink};
+pub use encoder::Encoder;
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};
 pub use index::SampledGroup;
@@ -89,7 +91,9 @@ pub use messages::{
     ChangeMessage, EventMessage, ExpectationMessage, FootstepMessage, Message, VerdictMessage,
 };
 pub use poses::{FrameSampler, FrameSeries, Skeleton, SkeletonLeg};
-pub use recorder::{Cadence, Recorder, RunInfo};
+pub use recorder::{Cadence, Recorder};
 pub use recording::{Recording, Sample, Series};
+pub use run_info::RunInfo;
 pub use schema::{EPOCH, Signal};
+pub use sink::{ChannelId, Sink};
 pub use topic::Topic;

@@ -12,7 +12,7 @@ use std::io::{self, Write};
 use crc32fast::Hasher;
 use mcap::records::op;
 
-use crate::encoder::{ChannelId, Sink};
+use crate::sink::{ChannelId, Sink};
 
 use self::encoding::{put, put_bytes, put_map, put_text, record};
 

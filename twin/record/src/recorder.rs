@@ -11,27 +11,8 @@ use twinrig_runtime::{Group, RunEvent};
 use crate::channels::RecordedGroup;
 use crate::encoder::{Encoder, is_regular};
 use crate::mcap_writer::{Attachment, McapWriter};
+use crate::run_info::RunInfo;
 use crate::{Digest, EPOCH, Message, RecordError, Skeleton};
-
-/// Information about a run that is known before its start.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct RunInfo {
-    /// Name and contents of each input file of the run: scenario, robot.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Seed of the random streams.
-    pub seed: u64,
-    /// Build identification: version, commit.
-    pub build: String,
-    /// Further metadata of the run: overridden keys, the plant.
-    pub notes: BTreeMap<String, String>,
-    /// Names of the tasks, indexed by their numbers in [`twinrig_runtime::RunEvent`].
-    pub tasks: Vec<String>,
-    /// Names of the process variables, indexed by their numbers in [`twinrig_runtime::RunEvent`].
-    pub variables: Vec<String>,
-    /// Names of the recorded wire traces, indexed by their numbers in
-    /// [`twinrig_runtime::Observer::bytes`].
-    pub traces: Vec<String>,
-}
 
 /// Intervals of writing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

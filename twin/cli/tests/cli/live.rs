@@ -1,5 +1,4 @@
-//! `twin live` of a build without its server. With it, the Python package is tested, whose wheel has
-//! it.
+//! `twin live` of a build without its server; the tests of the Python package have one with it.
 
 use crate::common::twin;
 

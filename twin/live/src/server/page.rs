@@ -61,7 +61,10 @@ async fn serve(listener: TcpListener, text: Bytes) {
         };
         let text = text.clone();
         tokio::spawn(async move {
-            let service = service_fn(move |request| ready(answer(&request, text.clone())));
+            let service = service_fn(move |request| {
+                let answer = answer(&request, text.clone());
+                ready(Ok::<_, Infallible>(answer))
+            });
             let mut http = http1::Builder::new();
             let connection = http.keep_alive(false).max_buf_size(16 << 10);
             let _ = connection
@@ -72,7 +75,7 @@ async fn serve(listener: TcpListener, text: Bytes) {
     }
 }
 
-fn answer(request: &Request<Incoming>, text: Bytes) -> Result<Response<Full<Bytes>>, Infallible> {
+fn answer(request: &Request<Incoming>, text: Bytes) -> Response<Full<Bytes>> {
     let is_page = request.method() == Method::GET && request.uri().path() == "/";
     let mut response = if is_page {
         Response::new(Full::new(text))
@@ -83,7 +86,7 @@ fn answer(request: &Request<Incoming>, text: Bytes) -> Result<Response<Full<Byte
     };
     let html = header::HeaderValue::from_static("text/html; charset=utf-8");
     response.headers_mut().insert(header::CONTENT_TYPE, html);
-    Ok(response)
+    response
 }
 
 /// Returns the text of the page.
