@@ -2,6 +2,7 @@
 //! the scenario but not the numerical method.
 #![cfg(any(feature = "mujoco", feature = "rapier"))]
 
+mod branches;
 mod pushes;
 mod steps;
 
