@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 LEGS = ["LF", "RF", "LH", "RH"]
-JOINTS = ["hip", "knee", "ankle", "foot"]
+LINKS = ["upper", "middle", "lower", "foot"]
 # Legs of a diagonal pair have one colour, which is readable on white and on black.
 COLOURS = {"LF": "#2b86d9", "RH": "#2b86d9", "RF": "#db7a1d", "LH": "#db7a1d"}
 GREY = "#808080"
@@ -132,7 +132,7 @@ def line(points: list[tuple[float, float]], style: str) -> str:
 
 def figure(pose: dict[str, Vector], x_px: float, on_ground: set[str]) -> list[str]:
     """The robot from its right side, its trunk at `x_px`; the legs of the left side are faint."""
-    middle = pose["body"][0]
+    middle = pose["trunk"][0]
 
     def px(frame: str) -> tuple[float, float]:
         x, _, z = pose[frame]
@@ -140,11 +140,11 @@ def figure(pose: dict[str, Vector], x_px: float, on_ground: set[str]) -> list[st
 
     parts = []
     for side, style in (("L", 'stroke-width="2" opacity="0.65"'), ("R", 'stroke-width="3.5"')):
-        trunk = [px(f"{side}H/hip"), px(f"{side}F/hip")]
+        trunk = [px(f"{side}H_upper"), px(f"{side}F_upper")]
         parts.append(line(trunk, f'stroke="{GREY}" {style}'))
         for leg in (f"{side}H", f"{side}F"):
             colour = COLOURS[leg]
-            points = [px(f"{leg}/{joint}") for joint in JOINTS]
+            points = [px(f"{leg}_{link}") for link in LINKS]
             parts.append(line(points, f'stroke="{colour}" {style}'))
             if leg in on_ground:
                 x, y = points[-1]

@@ -21,7 +21,7 @@ use tokio::runtime::Runtime;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_record::{EPOCH, RecordError};
 use twinrig_rig::Assembly;
-use twinrig_rig::run::recording::encoder;
+use twinrig_rig::run::recording::{description, encoder};
 use twinrig_runtime::interrupt;
 use twinrig_view::live::LivePoses;
 
@@ -37,6 +37,8 @@ use crate::session::Session;
 const TICK: Duration = Duration::from_millis(10);
 /// Wall-clock time between two states, if nothing changes.
 const STATE_PERIOD: Duration = Duration::from_millis(200);
+/// Wall-clock time between two descriptions of the robot.
+const DESCRIPTION_PERIOD: Duration = Duration::from_secs(2);
 /// Delay behind the wall clock that is caught up; a longer one is dropped.
 const LAG_MAX: Duration = Duration::from_millis(100);
 /// Simulated time that is advanced between two looks at the clock.
@@ -107,6 +109,8 @@ pub struct Server<'a> {
     places: Places,
     /// Number of requests that the last state had, and its time.
     shown: (u64, Instant),
+    /// Time of the last description of the robot.
+    described: Instant,
     /// Pair of wall-clock and simulated time from which time goes on.
     anchor: (Instant, SimTime),
     _page: Page,
@@ -136,7 +140,7 @@ impl<'a> Server<'a> {
         let context = Context::new();
         let topics = Topics::new(&context);
         let published = encoder(assembly, session.rig(), Published::FRAMES, topics)?;
-        let published = Published::new(published, session.rig())?;
+        let published = Published::new(published, session.rig(), description(assembly))?;
         let state = Json::new(&context, "/live/state")?;
         let frame = Json::new(&context, "/live/frame")?;
         let (requests, asked) = requests::channel();
@@ -188,6 +192,7 @@ impl<'a> Server<'a> {
             poses,
             places,
             shown: (u64::MAX, now),
+            described: now,
             anchor: (now, SimTime::ZERO),
             _page: page,
             _runtime: runtime,
@@ -294,6 +299,10 @@ impl<'a> Server<'a> {
             return;
         }
         self.shown = (self.control.changes, wall);
+        if wall >= self.described + DESCRIPTION_PERIOD {
+            self.described = wall;
+            self.published.describe(now);
+        }
         match self.control.write_branches() {
             Ok(new) => {
                 for path in new {

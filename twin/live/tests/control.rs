@@ -7,6 +7,7 @@ use twinrig_kernel::SimTime;
 use twinrig_live::control::{Control, Request, SERVICES};
 use twinrig_live::{SNAPSHOT_BYTES, Session};
 use twinrig_rig::{Assembly, Execution, Registry, execute_observed};
+use twinrig_runtime::ProcessVariable;
 use twinrig_scenario::Setting;
 use twinrig_testing::folder::Folder;
 
@@ -104,7 +105,7 @@ fn sets_are_saved_and_recalled() {
     with_control("recalled", |control, folder| {
         let values = |control: &Control<'_>| {
             let variables = control.session().variables().iter();
-            variables.map(|it| it.value()).collect::<Vec<_>>()
+            variables.map(ProcessVariable::value).collect::<Vec<_>>()
         };
         let before = values(control);
         ask(control, "save", json!({ "name": "fast" })).unwrap();

@@ -67,7 +67,7 @@ def test_frames_end_at_the_feet() -> None:
         assert frame.relative_to == "world" and frame.position.shape == foot.shape
         assert np.array_equal(frame.time, foot.time)
         assert np.abs(frame.position - foot).max() < 1e-12
-    assert np.array_equal(frames["body"].orientation, run.signals["body/orientation"])
+    assert np.array_equal(frames["trunk"].orientation, run.signals["body/orientation"])
 
 
 def test_signals_are_views_of_one_matrix(trot: twinrig.Run) -> None:

@@ -47,6 +47,7 @@ fn skeleton() -> Skeleton {
         name: name.to_owned(),
         hip: [0.1, 0.05, 0.0],
         segments: [0.044, 0.071, 0.039],
+        reference: [0.0; 3],
     };
     Skeleton {
         legs: ["LF", "RF", "LH", "RH"].map(leg).to_vec(),

@@ -53,8 +53,11 @@ impl<S: Sink> Encoder<S> {
         for topic in Topic::MESSAGES.into_iter().chain(pose_topics) {
             topics[topic as usize] = Some(add_topic(&mut sink, topic));
         }
+        if poses.is_some() && !info.description.is_empty() {
+            topics[Topic::Description as usize] = Some(add_topic(&mut sink, Topic::Description));
+        }
         let traces = add_traces(&mut sink, &info.traces);
-        Ok(Self {
+        let mut encoder = Self {
             sink,
             traces,
             groups: sampled,
@@ -64,7 +67,17 @@ impl<S: Sink> Encoder<S> {
             scratch: Vec::with_capacity(8192),
             tasks: info.tasks.clone(),
             variables: info.variables.clone(),
-        })
+        };
+        encoder.describe(SimTime::ZERO, &info.description);
+        Ok(encoder)
+    }
+
+    /// Encodes the description of the robot at `now`, if the run has one.
+    pub fn describe(&mut self, now: SimTime, description: &str) {
+        if let Some(channel) = self.topics[Topic::Description as usize] {
+            CdrWriter::new(&mut self.scratch).text(description);
+            self.write_scratch(channel, now);
+        }
     }
 
     /// Returns the receiver of the messages.

@@ -2,12 +2,13 @@
 
 /// Name and definition of every message type, except those of groups of signals, which are
 /// generated.
-const DEFINITIONS: [(&str, &str); 22] = [
+const DEFINITIONS: [(&str, &str); 23] = [
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
     (
         "std_msgs/Header",
         "builtin_interfaces/Time stamp\nstring frame_id\n",
     ),
+    ("std_msgs/String", "string data\n"),
     ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
     ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
     (

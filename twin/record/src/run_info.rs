@@ -11,6 +11,8 @@ pub struct RunInfo {
     pub build: String,
     /// Further metadata of the run: overridden keys, the plant.
     pub notes: BTreeMap<String, String>,
+    /// The robot as URDF, if there is one; empty without.
+    pub description: String,
     /// Names of the tasks, indexed by their numbers in [`twinrig_runtime::RunEvent`].
     pub tasks: Vec<String>,
     /// Names of the process variables, indexed by their numbers in [`twinrig_runtime::RunEvent`].

@@ -15,13 +15,17 @@ pub enum Topic {
     Frames,
     /// Pose and twist of the body.
     Odometry,
-    /// Positions, rates and torques of the driven joints.
+    /// Positions of the joints of the legs.
     Joints,
+    /// Positions, rates and torques of the drives.
+    Drives,
+    /// The robot as URDF, once, at the start.
+    Description,
 }
 
 impl Topic {
     /// Every topic.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Events,
         Self::Footsteps,
         Self::Changes,
@@ -29,6 +33,8 @@ impl Topic {
         Self::Frames,
         Self::Odometry,
         Self::Joints,
+        Self::Drives,
+        Self::Description,
     ];
 
     /// Topics of messages written individually by a run.
@@ -36,7 +42,7 @@ impl Topic {
         [Self::Events, Self::Footsteps, Self::Changes, Self::Verdict];
 
     /// Topics derived from samples of the plant.
-    pub(crate) const POSES: [Self; 3] = [Self::Frames, Self::Odometry, Self::Joints];
+    pub(crate) const POSES: [Self; 4] = [Self::Frames, Self::Odometry, Self::Joints, Self::Drives];
 
     /// Name of the channel.
     pub const fn name(self) -> &'static str {
@@ -48,6 +54,8 @@ impl Topic {
             Self::Frames => "/tf",
             Self::Odometry => "/odom",
             Self::Joints => "/joint_states",
+            Self::Drives => "/drive_states",
+            Self::Description => "/robot_description",
         }
     }
 
@@ -60,7 +68,8 @@ impl Topic {
             Self::Verdict => "twinrig/Verdict",
             Self::Frames => "tf2_msgs/TFMessage",
             Self::Odometry => "nav_msgs/Odometry",
-            Self::Joints => "sensor_msgs/JointState",
+            Self::Joints | Self::Drives => "sensor_msgs/JointState",
+            Self::Description => "std_msgs/String",
         }
     }
 

@@ -66,7 +66,8 @@ impl Figure {
         };
         let legs = (1..frames.links.len()).step_by(JOINTS);
         let legs = legs.filter_map(|first| {
-            let name = frames.links[first][1].split_once('/')?.0.to_owned();
+            // Recordings of builds before 0.1.0 have a slash.
+            let name = frames.links[first][1].rsplit_once(['_', '/'])?.0.to_owned();
             let offset =
                 |joint: usize| [0, 1, 2].map(|n| frames.numbers[NUMBERS * (first + joint) + n]);
             let angles = (0..JOINTS - 1).map(|joint| {

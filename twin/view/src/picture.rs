@@ -112,7 +112,7 @@ fn product([ax, ay, az, aw]: [f64; 4], [bx, by, bz, bw]: [f64; 4]) -> [f64; 4] {
 fn legs(frames: &FrameSeries) -> Vec<(String, Vec<usize>)> {
     let mut legs: Vec<(String, Vec<usize>)> = Vec::new();
     for (index, [_, child]) in frames.links.iter().enumerate() {
-        let Some((leg, _)) = child.split_once('/') else {
+        let Some((leg, _)) = child.rsplit_once(['_', '/']) else {
             continue;
         };
         match legs.iter_mut().find(|(name, _)| name == leg) {
@@ -223,9 +223,9 @@ mod tests {
         let link = |parent: &str, child: &str| [parent.to_owned(), child.to_owned()];
         let frames = FrameSeries {
             links: vec![
-                link("world", "body"),
-                link("body", "LF/hip"),
-                link("LF/hip", "LF/knee"),
+                link("world", "trunk"),
+                link("trunk", "LF_upper"),
+                link("LF_upper", "LF_middle"),
             ],
             times: vec![SimTime::ZERO],
             // The trunk is turned by 90° about z, the hip by −90° about y.

@@ -1,10 +1,12 @@
 //! Replay and comparison of recordings.
 
+use std::collections::BTreeMap;
 use std::path::Path;
-use twinrig_testing::python;
 
+use regex_lite::{Captures, Regex};
 use serde_json::json;
 use twinrig_record::{ChangeMessage, EventMessage, FootstepMessage, Recording, VerdictMessage};
+use twinrig_testing::python;
 
 use crate::common::{Folder, SOUND, json, twin};
 
@@ -260,6 +262,8 @@ fn third_party_packages_read_recording() {
         "/tf",
         "/odom",
         "/joint_states",
+        "/drive_states",
+        "/robot_description",
         "/footsteps",
         "/changes",
         "/diagnostics",
@@ -278,7 +282,113 @@ fn third_party_packages_read_recording() {
     assert_eq!(verdict["verdict"], "fail");
     assert_eq!(verdict["expectations"][2]["name"], "runs");
     let legs = ["LF", "RF", "LH", "RH"].map(|leg| [format!("{leg}/hip"), format!("{leg}/knee")]);
-    assert_eq!(topics["/joint_states"][0][1]["name"], json!(legs.concat()));
+    assert_eq!(topics["/drive_states"][0][1]["name"], json!(legs.concat()));
+}
+
+/// A joint of a robot description.
+struct Joint {
+    name: String,
+    parent: String,
+    place: [f64; 3],
+    /// Rotation about y, which points left, where the joint is zero.
+    pitch: f64,
+}
+
+/// Returns the joints of a URDF, by the link that each moves.
+fn joints(urdf: &str) -> BTreeMap<String, Joint> {
+    let pattern = r#"(?s)<joint name="([^"]+)".*?<origin xyz="(\S+) (\S+) ([^"]+)"(?: rpy="0 (\S+) 0")?/>.*?<parent link="([^"]+)"/>.*?<child link="([^"]+)"/>"#;
+    let found = Regex::new(pattern).unwrap();
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let joint = |found: Captures<'_>| {
+        let joint = Joint {
+            name: found[1].to_owned(),
+            parent: found[6].to_owned(),
+            place: [2, 3, 4].map(|n| number(&found[n])),
+            pitch: found.get(5).map_or(0.0, |pitch| number(pitch.as_str())),
+        };
+        (found[7].to_owned(), joint)
+    };
+    found.captures_iter(urdf).map(joint).collect()
+}
+
+/// Returns the number of these digits: its bits in hexadecimal.
+fn of_bits(text: &serde_json::Value) -> f64 {
+    f64::from_bits(u64::from_str_radix(text.as_str().unwrap(), 16).unwrap())
+}
+
+/// The robot of a viewer: every frame of a recording is a link of its URDF, at the place and angle
+/// at which the recorded states of its joints put the link.
+#[test]
+fn robot_of_viewers_moves_as_the_recorded_one() {
+    let Some(python) = python::python("mcap, mcap_ros2") else {
+        return;
+    };
+    let script = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../record/tests/read_recording.py"
+    );
+    let folder = Folder::new("viewers");
+    for robot in ["cheetah-cub", "oncilla"] {
+        let text = format!(
+            "robot = '{robot}'\nduration = '300 ms'\nplant = {{ model = 'massless', ground = {{}} }}\n\
+             controller = {{ kind = 'stand', period = '2 ms' }}\n"
+        );
+        let scenario = folder.file(&format!("{robot}.toml"), &text);
+        let done = twin(&["run", "--json", "--out", &folder.join("out"), &scenario]);
+        let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
+        let exported = twin(&["export", "urdf", robot]).out;
+        let found = python::run(
+            &python,
+            script.as_ref(),
+            &[recording.as_ref()],
+            &json!(null),
+        );
+        let topics = &found["messages"];
+        assert_eq!(topics["/robot_description"][0][1]["data"], exported);
+
+        let joints = joints(&exported);
+        let states = topics["/joint_states"].as_array().unwrap().last().unwrap();
+        let (names, positions) = (&states[1]["name"], &states[1]["position"]);
+        let names = names.as_array().unwrap().iter();
+        let states: BTreeMap<&str, f64> = names
+            .zip(positions.as_array().unwrap())
+            .map(|(name, position)| (name.as_str().unwrap(), of_bits(position)))
+            .collect();
+        assert_eq!(states.len(), 12);
+        assert!(
+            states.values().any(|angle| angle.abs() > 0.01),
+            "{states:?}"
+        );
+        assert!(
+            states
+                .keys()
+                .all(|name| joints.values().any(|joint| joint.name == *name))
+        );
+
+        let frames = Recording::open(recording.as_ref())
+            .unwrap()
+            .frames()
+            .unwrap();
+        assert_eq!(frames.links[0], ["world", "trunk"]);
+        let last = &frames.numbers[frames.numbers.len() - 7 * frames.links.len()..];
+        for ([parent, link], numbers) in frames.links.iter().zip(last.chunks_exact(7)).skip(1) {
+            let joint = &joints[link];
+            assert_eq!(*parent, joint.parent);
+            // A hinge about −y.
+            let angle = states.get(joint.name.as_str()).unwrap_or(&0.0) - joint.pitch;
+            let recorded = -2.0 * libm::atan2(numbers[4], numbers[6]);
+            assert!(
+                (angle - recorded).abs() < 1e-12,
+                "{link}: {angle}, {recorded}"
+            );
+            for (place, expected) in numbers.iter().zip(joint.place) {
+                assert!(
+                    (place - expected).abs() < 1e-15,
+                    "{link}: {place}, {expected}"
+                );
+            }
+        }
+    }
 }
 
 /// Recordings made before compliant constraints were the default have no note of the rules for

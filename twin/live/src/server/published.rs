@@ -12,6 +12,8 @@ pub(super) struct Published {
     encoder: Encoder<Topics>,
     /// Time from which the next sample of each group is published.
     due: [SimTime; 4],
+    /// The robot as URDF.
+    description: String,
     /// Last sample of the plant.
     plant: Option<SimTime>,
     values: Vec<f64>,
@@ -23,11 +25,16 @@ impl Published {
     /// Simulated time between two samples of a group.
     const SAMPLES: SimDuration = SimDuration::from_millis(5);
 
-    pub(super) fn new(mut encoder: Encoder<Topics>, rig: &Rig) -> Result<Self, FoxgloveError> {
+    pub(super) fn new(
+        mut encoder: Encoder<Topics>,
+        rig: &Rig,
+        description: String,
+    ) -> Result<Self, FoxgloveError> {
         encoder.sink().failure()?;
         Ok(Self {
             encoder,
             due: [SimTime::ZERO; 4],
+            description,
             plant: None,
             values: vec![0.0; rig.layout(Group::Plant).len()],
         })
@@ -37,6 +44,11 @@ impl Published {
     pub(super) fn restart(&mut self) {
         self.encoder.restart();
         self.due = [SimTime::ZERO; 4];
+    }
+
+    /// Publishes the description of the robot, for visitors who have come since the last time.
+    pub(super) fn describe(&mut self, now: SimTime) {
+        self.encoder.describe(now, &self.description);
     }
 
     /// Returns the last sample of the plant.

@@ -15,9 +15,9 @@ class Frame:
     """Position and orientation of a frame over time."""
 
     name: str
-    """``body``, ``LF/hip``, ``LF/knee``, ``LF/ankle``, ``LF/foot``, …"""
+    """``trunk``, ``LF_upper``, ``LF_middle``, ``LF_lower``, ``LF_foot``, …: links of the URDF."""
     parent: str
-    """Frame that moves it: ``world`` for ``body``, ``body`` for ``LF/hip``."""
+    """Frame that moves it: ``world`` for ``trunk``, ``trunk`` for ``LF_upper``."""
     relative_to: str
     """Frame in which the numbers are: ``world``, or the parent."""
     time: Floats

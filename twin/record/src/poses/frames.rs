@@ -7,7 +7,7 @@ use twinrig_kernel::signal;
 /// Fixed frame.
 pub(super) const WORLD: &str = "world";
 /// Frame of the trunk.
-pub(super) const BODY: &str = "body";
+pub(super) const TRUNK: &str = "trunk";
 
 /// Geometry of a robot for display: hip positions and segment lengths.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -25,12 +25,14 @@ pub struct SkeletonLeg {
     pub hip: [f64; 3],
     /// Lengths from hip to knee, knee to ankle, ankle to foot \[m\].
     pub segments: [f64; 3],
+    /// Absolute angles of the segments in the reference pose, in which the joints are zero \[rad\].
+    pub reference: [f64; 3],
 }
 
 const IDENTITY: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// Frames world → body, and for each leg with recorded angles body → hip → knee → ankle →
-/// foot.
+/// Frames world → trunk, and for each leg with recorded angles trunk → upper, middle and lower
+/// segment, each at its upper joint, → foot: the links of the robot description, by their names.
 #[derive(Debug, Clone)]
 pub(super) struct Frames {
     position: Option<usize>,
@@ -52,27 +54,28 @@ struct Transform {
 
 impl Frames {
     pub(super) fn new(skeleton: &Skeleton, signals: &Signals<'_>) -> Self {
-        let mut links = vec![(WORLD.to_owned(), BODY.to_owned(), [0.0; 3])];
+        let mut links = vec![(WORLD.to_owned(), TRUNK.to_owned(), [0.0; 3])];
         let mut angles = Vec::new();
         for SkeletonLeg {
             name,
             hip,
             segments,
+            ..
         } in &skeleton.legs
         {
             let Some(start) = signals.start(&signal::of_leg(name, signal::ANGLES), 3) else {
                 continue;
             };
             angles.push(start);
-            let mut parent = BODY.to_owned();
-            let [thigh, shank, shin] = segments.map(|length| [0.0, 0.0, -length]);
-            for (joint, at) in [
-                ("hip", *hip),
-                ("knee", thigh),
-                ("ankle", shank),
-                ("foot", shin),
+            let mut parent = TRUNK.to_owned();
+            let [upper, middle, lower] = segments.map(|length| [0.0, 0.0, -length]);
+            for (link, at) in [
+                ("upper", *hip),
+                ("middle", upper),
+                ("lower", middle),
+                ("foot", lower),
             ] {
-                let child = format!("{name}/{joint}");
+                let child = format!("{name}_{link}");
                 links.push((parent, child.clone(), at));
                 parent = child;
             }
@@ -171,6 +174,7 @@ mod tests {
             name: "LF".to_owned(),
             hip: [0.1, 0.05, 0.0],
             segments: [0.044, 0.071, 0.039],
+            reference: [0.0; 3],
         };
         Skeleton { legs: vec![leg] }
     }
@@ -253,7 +257,7 @@ mod tests {
         assert_eq!(time, [[2, 9]]);
         assert_eq!(
             (links[4].0.as_str(), links[4].1.as_str()),
-            ("LF/ankle", "LF/foot")
+            ("LF_lower", "LF_foot")
         );
     }
 

@@ -1,70 +1,75 @@
-//! Driven joints, as a `sensor_msgs/JointState`.
+//! Joints of the legs, as a `sensor_msgs/JointState`: those of the robot description, by their names.
 
-use twinrig_kernel::{Unit, signal};
+use twinrig_kernel::signal;
 
+use super::Skeleton;
 use super::signals::Signals;
 use crate::cdr::{CdrWriter, Template};
 
-/// Suffixes of the signals of a joint.
-const POSITION: &str = "/position";
-const RATE: &str = "/rate";
-const TORQUE: &str = "/torque";
-
 #[derive(Debug, Clone)]
 pub(super) struct Joints {
-    /// Offset of each number in a sample and in the message.
-    numbers: Vec<(usize, usize)>,
+    legs: Vec<Leg>,
     message: Template,
     stamp: usize,
+    /// Offset of the positions in the message.
+    positions: usize,
+}
+
+/// Offset of the angles of a leg in a sample, and the angles in the reference pose.
+#[derive(Debug, Clone)]
+struct Leg {
+    angles: usize,
+    reference: [f64; 3],
 }
 
 impl Joints {
-    /// Creates the message from all signals `PATH/position` that are angles. Rates and torques are
-    /// included only if all of the joints have them. `None` if there are no joints.
-    pub(super) fn new(signals: &Signals<'_>) -> Option<Self> {
-        let positions = signals.of_unit(Unit::Radian);
-        let joints: Vec<(&str, usize)> = positions
-            .filter_map(|(name, start)| Some((name.strip_suffix(POSITION)?, start)))
-            .collect();
-        if joints.is_empty() {
+    /// Creates the message of the legs whose angles are computed; `None` if there are none.
+    pub(super) fn new(skeleton: &Skeleton, signals: &Signals<'_>) -> Option<Self> {
+        let mut names = Vec::new();
+        let mut legs = Vec::new();
+        for leg in &skeleton.legs {
+            let name = &leg.name;
+            if let Some(angles) = signals.start(&signal::of_leg(name, signal::ANGLES), 3) {
+                let reference = leg.reference;
+                legs.push(Leg { angles, reference });
+                names.extend(["hip", "knee", "ankle"].map(|joint| format!("{name}_{joint}")));
+            }
+        }
+        if legs.is_empty() {
             return None;
         }
-        let of_all = |suffix: &str| -> Vec<usize> {
-            let starts = joints.iter().map(|(path, _)| {
-                let name = format!("{path}{suffix}");
-                signals.recorded(&name, 1)
-            });
-            starts.collect::<Option<_>>().unwrap_or_default()
-        };
-        let positions = joints.iter().map(|(_, start)| *start).collect();
-        let columns = [positions, of_all(RATE), of_all(TORQUE)];
         let mut message = Template::default();
         let mut to = CdrWriter::new(&mut message.bytes);
         let stamp = to.stamp([0; 8]);
         to.text(""); // joints have no frame
-        to.count(joints.len());
-        for (path, _) in &joints {
-            to.text(path.strip_prefix(signal::LEG_PREFIX).unwrap_or(path));
+        to.count(names.len());
+        for name in &names {
+            to.text(name);
         }
-        let mut numbers = Vec::new();
-        for column in columns {
-            to.count(column.len());
-            for start in column {
-                numbers.push((start, to.align(8)));
-                to.f64(0.0);
-            }
-        }
+        to.count(names.len());
+        let positions = to.align(8);
+        to.f64s(&vec![0.0; names.len()]);
+        // Neither velocities nor efforts: those of the drives are on a topic of their own.
+        to.count(0);
+        to.count(0);
         Some(Self {
-            numbers,
+            legs,
             message,
             stamp,
+            positions,
         })
     }
 
     pub(super) fn at(&mut self, stamp: [u8; 8], values: &[f64]) -> &[u8] {
         self.message.put_stamp(self.stamp, stamp);
-        for (start, offset) in &self.numbers {
-            self.message.put(*offset, values[*start]);
+        for (index, leg) in self.legs.iter().enumerate() {
+            // The angles are absolute, those of a joint relative to its parent.
+            let mut parent = 0.0;
+            let angles = [0, 1, 2].map(|joint| {
+                let angle = values[leg.angles + joint] - leg.reference[joint];
+                angle - std::mem::replace(&mut parent, angle)
+            });
+            self.message.put_all(self.positions + 24 * index, &angles);
         }
         &self.message.bytes
     }
@@ -72,50 +77,43 @@ impl Joints {
 
 #[cfg(test)]
 mod tests {
-    use twinrig_kernel::{Direction, Layout, Port};
+    use twinrig_kernel::{Direction, Layout, Port, Unit};
 
     use super::*;
+    use crate::SkeletonLeg;
     use crate::cdr::CdrReader;
 
     #[test]
-    fn columns_contain_all_joints_or_none() {
+    fn joints_are_relative_to_the_reference_pose() {
         let ports = [
             Port::output("leg/LF/hip/position", Unit::Radian, 1),
-            Port::output("leg/LF/foot/position", Unit::Meter, 3),
-            Port::output("leg/LF/hip/torque", Unit::NewtonMeter, 1),
-            Port::output("leg/LF/hip/rate", Unit::RadianPerSecond, 1),
-            Port::output("tail/position", Unit::Radian, 1),
-            Port::output("tail/torque", Unit::NewtonMeter, 1),
+            Port::output("leg/LF/angles", Unit::Radian, 3),
         ];
         let layout = Layout::of(&ports, Direction::Output);
-        let keep = |_: &str| true;
         let signals = Signals {
             layout: &layout,
-            keep: &keep,
+            keep: &|_| false,
         };
-        let mut joints = Joints::new(&signals).unwrap();
-        let mut values = vec![0.0; 8];
-        let all = [
-            ("leg/LF/hip/position", 0.5),
-            ("leg/LF/hip/torque", -0.25),
-            ("tail/position", 1.5),
-            ("tail/torque", 3.0),
-        ];
-        for (name, value) in all {
-            values[layout.find(name).unwrap().start] = value;
-        }
+        let leg = |name: &str| SkeletonLeg {
+            name: name.to_owned(),
+            hip: [0.0; 3],
+            segments: [0.1; 3],
+            reference: [0.25, -0.5, 0.25],
+        };
+        let legs = vec![leg("LF"), leg("RF")];
+        let mut joints = Joints::new(&Skeleton { legs }, &signals).unwrap();
+        let values = [9.0, 0.75, -0.5, 1.0];
         let mut from = CdrReader::new(joints.at([1, 0, 0, 0, 2, 0, 0, 0], &values)).unwrap();
         assert_eq!(
             (from.time(), from.text().as_deref()),
             (Some([1, 2]), Some(""))
         );
         let names = from.each(CdrReader::text).unwrap();
-        assert_eq!(names, ["LF/hip", "tail"]);
+        assert_eq!(names, ["LF_hip", "LF_knee", "LF_ankle"]);
         let mut column = || from.each(CdrReader::f64).unwrap();
-        assert_eq!(
-            (column(), column(), column()),
-            (vec![0.5, 1.5], vec![], vec![-0.25, 3.0])
-        );
+        assert_eq!(column(), [0.5, -0.5, 0.75]);
+        assert_eq!((column(), column()), (vec![], vec![]));
         assert!(from.is_at_end());
+        assert!(Joints::new(&Skeleton::default(), &signals).is_none());
     }
 }

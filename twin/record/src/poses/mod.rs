@@ -1,7 +1,8 @@
 //! State of the robot in standard messages for ROS 2 viewers and tools: coordinate frames,
-//! odometry, joints. All numbers are taken from recorded samples of the plant; none is computed
+//! odometry, joints, drives. All numbers are taken from recorded samples of the plant; none is computed
 //! additionally.
 
+mod drives;
 mod frames;
 mod joints;
 mod odometry;
@@ -14,6 +15,7 @@ pub use frames::{Skeleton, SkeletonLeg};
 pub use series::{FrameSampler, FrameSeries};
 
 use crate::Topic;
+use drives::Drives;
 use frames::Frames;
 use joints::Joints;
 use odometry::Odometry;
@@ -26,17 +28,19 @@ pub(crate) struct Poses {
     frames: Frames,
     odometry: Option<Odometry>,
     joints: Option<Joints>,
+    drives: Option<Drives>,
 }
 
 impl Poses {
-    /// Creates the messages of a plant whose samples have the given layout. Odometry and joints use
+    /// Creates the messages of a plant whose samples have the given layout. Odometry and drives use
     /// recorded signals only, which `keep` selects.
     pub(crate) fn new(skeleton: &Skeleton, layout: &Layout, keep: &dyn Fn(&str) -> bool) -> Self {
         let signals = Signals { layout, keep };
         Self {
             frames: Frames::new(skeleton, &signals),
             odometry: Odometry::new(&signals),
-            joints: Joints::new(&signals),
+            joints: Joints::new(skeleton, &signals),
+            drives: Drives::new(&signals),
         }
     }
 
@@ -44,7 +48,9 @@ impl Poses {
     pub(crate) fn topics(&self) -> impl Iterator<Item = Topic> {
         let odometry = self.odometry.as_ref().map(|_| Topic::Odometry);
         let joints = self.joints.as_ref().map(|_| Topic::Joints);
-        [Topic::Frames].into_iter().chain(odometry).chain(joints)
+        let drives = self.drives.as_ref().map(|_| Topic::Drives);
+        let frames = [Topic::Frames].into_iter();
+        frames.chain(odometry).chain(joints).chain(drives)
     }
 
     /// Returns the message of `topic` for a sample; `None` if there is none.
@@ -58,7 +64,12 @@ impl Poses {
             Topic::Frames => Some(self.frames.at(stamp, values)),
             Topic::Odometry => Some(self.odometry.as_mut()?.at(stamp, values)),
             Topic::Joints => Some(self.joints.as_mut()?.at(stamp, values)),
-            Topic::Events | Topic::Footsteps | Topic::Changes | Topic::Verdict => None,
+            Topic::Drives => Some(self.drives.as_mut()?.at(stamp, values)),
+            Topic::Description
+            | Topic::Events
+            | Topic::Footsteps
+            | Topic::Changes
+            | Topic::Verdict => None,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Pose and twist of the trunk, as a `nav_msgs/Odometry`.
 
-use super::frames::{BODY, WORLD};
+use super::frames::{TRUNK, WORLD};
 use super::signals::Signals;
 use crate::cdr::{CdrWriter, Template};
 use twinrig_kernel::signal;
@@ -27,7 +27,7 @@ impl Odometry {
         let mut to = CdrWriter::new(&mut message.bytes);
         let stamp = to.stamp([0; 8]);
         to.text(WORLD);
-        to.text(BODY);
+        to.text(TRUNK);
         let pose = to.align(8);
         to.f64s(&[0.0; 7]);
         to.f64s(&COVARIANCE);
@@ -108,7 +108,7 @@ mod tests {
         let mut from = CdrReader::new(odometry.at([1, 0, 0, 0, 2, 0, 0, 0], &values)).unwrap();
         assert_eq!(from.time(), Some([1, 2]));
         let frames = (from.text().unwrap(), from.text().unwrap());
-        assert_eq!((frames.0.as_str(), frames.1.as_str()), ("world", "body"));
+        assert_eq!((frames.0.as_str(), frames.1.as_str()), ("world", "trunk"));
         let pose: [f64; 7] = from.f64s().unwrap();
         assert_eq!(pose, [1.0, 2.0, 3.0, 0.0, 0.0, half, half]);
         assert_eq!(from.f64s::<36>(), Some([0.0; 36]));

@@ -99,6 +99,7 @@ mod tests {
             name: "LF".to_owned(),
             hip: [0.1, 0.05, 0.0],
             segments: [0.044, 0.071, 0.039],
+            reference: [0.0; 3],
         };
         let skeleton = Skeleton { legs: vec![leg] };
         let period = SimDuration::from_millis(5);
@@ -129,7 +130,7 @@ mod tests {
         // Every third sample is the first at or after the end of a period.
         let times: Vec<u64> = series.times.iter().map(|time| time.as_nanos()).collect();
         assert_eq!(times, [0, 3, 6, 9, 12, 15, 18].map(|n| 2_000_000 * n));
-        assert_eq!(series.links[4], ["LF/ankle", "LF/foot"]);
+        assert_eq!(series.links[4], ["LF_lower", "LF_foot"]);
         assert_eq!(series.numbers.len(), 7 * 5 * 7);
         assert_eq!(series.numbers[35..38], [0.1 * 3.0, 0.2 * 3.0, 0.3 * 3.0]);
     }

@@ -77,9 +77,9 @@ fn messages_are_those_of_the_run() {
     assert_eq!(frames.as_array().unwrap().len(), 5);
     assert_eq!(
         frames[4]["header"],
-        json!({ "stamp": stamp, "frame_id": "LF/ankle" })
+        json!({ "stamp": stamp, "frame_id": "LF_lower" })
     );
-    assert_eq!(frames[4]["child_frame_id"], "LF/foot");
+    assert_eq!(frames[4]["child_frame_id"], "LF_foot");
     assert_eq!(
         frames[0]["transform"]["translation"]["x"],
         hex(&values[0..1])[0]
@@ -105,10 +105,12 @@ fn messages_are_those_of_the_run() {
     );
 
     let joints = last("/joint_states");
-    assert_eq!(joints["name"], json!(["LF/hip"]));
-    assert_eq!(joints["position"], hex(&values[17..18]));
+    assert_eq!(joints["name"], json!(["LF_hip", "LF_knee", "LF_ankle"]));
+    let drives = last("/drive_states");
+    assert_eq!(drives["name"], json!(["LF/hip"]));
+    assert_eq!(drives["position"], hex(&values[17..18]));
     assert_eq!(
-        (&joints["velocity"], &joints["effort"]),
+        (&drives["velocity"], &drives["effort"]),
         (&json!([]), &hex(&[-0.2]))
     );
 
@@ -167,6 +169,8 @@ fn recording_conforms_to_the_ros2_profile() {
         "/tf": "tf2_msgs/msg/TFMessage",
         "/odom": "nav_msgs/msg/Odometry",
         "/joint_states": "sensor_msgs/msg/JointState",
+        "/drive_states": "sensor_msgs/msg/JointState",
+        "/robot_description": "std_msgs/msg/String",
         "/wire/sbcp/out": "twinrig/msg/Bytes",
         "/wire/left_bus/_2": "twinrig/msg/Bytes",
     });

@@ -8,6 +8,8 @@ use twinrig_kernel::SimDuration;
 use twinrig_record::{
     Cadence, Encoder, RecordError, RecordedGroup, Recorder, RunInfo, Sink, Skeleton, SkeletonLeg,
 };
+use twinrig_robot::Leg;
+use twinrig_robot::leg::{Joints, Pantograph};
 use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::Setting;
 
@@ -182,6 +184,7 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor, bytes: bool) -> RunInf
             .chain(exchanged)
             .map(|(key, value)| (key.to_owned(), value))
             .collect(),
+        description: description(assembly),
         tasks: executor.tasks(),
         variables: executor.variables(),
         traces: if bytes {
@@ -219,6 +222,20 @@ pub fn settings_of(pairs: Vec<[String; 2]>) -> Vec<Setting> {
     pairs.into_iter().map(setting).collect()
 }
 
+/// Returns the robot as URDF; empty without a robot with legs.
+pub fn description(assembly: &Assembly<'_>) -> String {
+    let robot = assembly.robot().filter(|robot| !robot.legs.is_empty());
+    // A robot whose legs make no pantograph has been refused before.
+    let urdf = robot.and_then(|robot| twinrig_description::urdf(robot).ok());
+    urdf.unwrap_or_default()
+}
+
+/// Returns the absolute angles of the segments of a leg in its reference pose.
+fn reference(leg: &Leg) -> [f64; 3] {
+    let zero = Joints { q2: 0.0, q3: 0.0 };
+    Pantograph::new(leg).map_or([0.0; 3], |pantograph| pantograph.angles(0.0, zero))
+}
+
 impl Assembly<'_> {
     /// Returns the geometry from which coordinate frames are computed; without legs for a
     /// standalone plant without a robot.
@@ -228,6 +245,7 @@ impl Assembly<'_> {
             name: mount.name.clone(),
             hip: mount.hip,
             segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
+            reference: reference(&mount.leg),
         });
         Skeleton {
             legs: legs.collect(),

@@ -34,6 +34,7 @@ pub fn info() -> RunInfo {
                 b"name = \"cheetah-cub\"\n".to_vec(),
             ),
         ],
+        description: "<robot/>".to_owned(),
         seed: 7,
         build: "0.1.0 (abc)".to_owned(),
         notes: [("plant".to_owned(), "massless".to_owned())].into(),
@@ -48,6 +49,7 @@ pub fn skeleton() -> Skeleton {
         name: "LF".to_owned(),
         hip: [0.1, 0.05, 0.0],
         segments: [0.044, 0.071, 0.039],
+        reference: [0.0; 3],
     };
     Skeleton { legs: vec![leg] }
 }
