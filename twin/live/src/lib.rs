@@ -32,7 +32,8 @@
 //! | `watch` | fingerprint, judge and events on the way |
 //! | `futures` | two branches, footstep by footstep |
 //! | `sets` | named sets of values |
-//! | `control` | requests of visitors, and what they see |
+//! | `request` | requests of visitors |
+//! | `control` | requests carried out, and what visitors see |
 //! | `server` | visitors by WebSocket, and a page (feature `server`) |
 //!
 //! # Limits
@@ -44,6 +45,7 @@ mod branch;
 pub mod control;
 mod error;
 mod futures;
+pub mod request;
 #[cfg(feature = "server")]
 pub mod server;
 mod session;

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use twinrig_kernel::SimTime;
-use twinrig_live::control::{Control, Request, SERVICES};
+use twinrig_live::control::Control;
+use twinrig_live::request::{Request, SERVICES};
 use twinrig_live::{SNAPSHOT_BYTES, Session};
 use twinrig_rig::{Assembly, Execution, Registry, execute_observed};
 use twinrig_runtime::ProcessVariable;

@@ -16,7 +16,8 @@ use twinrig_kernel::Unit;
 use twinrig_record::EPOCH;
 use twinrig_runtime::ProcessVariable;
 
-use crate::control::{Control, Request, SERVICES};
+use crate::control::Control;
+use crate::request::{Request, SERVICES};
 
 /// Number of requests that wait at most.
 const WAITING: usize = 256;
