@@ -247,6 +247,26 @@ impl ProcessSlot {
         Ok(())
     }
 
+    /// Sets a variable now, unless the process refuses the value, and reports that to the observer.
+    pub(crate) fn try_change<O: Observer>(
+        &mut self,
+        variable: usize,
+        value: f64,
+        period: SimDuration,
+        now: SimTime,
+        observer: &mut O,
+    ) {
+        let process = &mut self.process;
+        let set = in_part(PartKind::Controller, &self.name, || {
+            let known = process.variables().get(variable);
+            known.map_or(Ok(()), |known| known.check_sampled(value, period))?;
+            process.set_variable(variable, value)
+        });
+        if set.is_ok() {
+            observer.event(now, RunEvent::Change { variable, value });
+        }
+    }
+
     /// Runs one iteration. A fault of the process ends the run, and so does a non-finite output: in
     /// the plant it would surface much later, without its cause.
     pub(crate) fn step(&mut self, now: SimTime, elapsed: SimDuration) -> Result<(), RigError> {

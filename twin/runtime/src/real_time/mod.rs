@@ -17,6 +17,7 @@
 //! - The process gets, and changes use, the times of the grid: without overruns the bytes on the
 //!   wire are those of lockstep. Events carry the times at which they happened. Time 0 is control
 //!   step 0; opening precedes it.
+//! - A [`Steering`] changes variables while the run goes on: its queue is read at each control step.
 //! - No thread waits for a slower one. An observer queue that is full loses records and counts them
 //!   (`RealTimeReport::lost`): such a recording is an error, not a slower robot.
 //! - Every phase of a driver has a limit, which its own thread keeps; `WorkerPool` gives up a
@@ -42,6 +43,7 @@ mod scheduler;
 mod serve;
 mod serve_options;
 mod served_port;
+mod steering;
 #[cfg(target_os = "linux")]
 mod system;
 #[cfg(not(target_os = "linux"))]
@@ -59,6 +61,7 @@ pub use report::{EndReason, RealTimeReport, TaskReport};
 pub use rig::{RealTimeOptions, RealTimeRig};
 pub use serve::Serve;
 pub use serve_options::{Hold, ServeOptions, ServeReport, ServedWire};
+pub use steering::Steering;
 
 #[cfg(test)]
 mod tests;

@@ -13,6 +13,7 @@ use super::observer_queue::{ObserverQueueWriter, POLL_INTERVAL};
 use super::privileges::Privileges;
 use super::report::{EndReason, RealTimeReport};
 use super::scheduler::{RealTimeScheduler, TaskInterface};
+use super::steering::{Steering, steering};
 use super::system::{self, raise_priority};
 use super::worker_pool::WorkerPool;
 use crate::{Change, Device, Driver, Group, Observer, Process, RigError, Schedule, catch_panic};
@@ -105,6 +106,13 @@ impl RealTimeRig {
         let period = self.scheduler.period;
         let slot = &mut self.scheduler.slot;
         slot.schedule(SimTime::ZERO, at, variable, change, period)
+    }
+
+    /// Returns the sending end of changes made while the run goes on, in place of an earlier one.
+    pub fn steering(&mut self) -> Steering {
+        let (steering, steered) = steering();
+        self.scheduler.steered = Some(steered);
+        steering
     }
 
     /// Returns the layout of a group's values as passed to the observer. Those of the plant are the

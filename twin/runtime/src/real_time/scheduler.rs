@@ -5,6 +5,7 @@ use twinrig_kernel::{CycleJitter, Direction, HostTime, Layout, Port, SimDuration
 use super::clock::Clock;
 use super::driver_session::{ByteDirection, duration};
 use super::report::{RealTimeReport, TaskReport};
+use super::steering::Steered;
 use crate::interrupt::LongLoop;
 use crate::process_slot::ProcessSlot;
 use crate::schedule::{check_observation_period, implied_busy};
@@ -27,6 +28,9 @@ pub(super) trait Tasks {
     /// Begins a transfer of an idle task.
     fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]);
 }
+
+/// Number of sent changes that a control step takes at most.
+const STEERED_MOST: usize = 64;
 
 /// Report of a task.
 pub(super) struct Report<'a> {
@@ -61,6 +65,8 @@ pub(super) struct RealTimeScheduler {
     origin: Option<HostTime>,
     /// Stamp of the last record; stamps do not decrease.
     last_stamp: SimTime,
+    /// Changes made while the run goes on, if any are.
+    pub(super) steered: Option<Steered>,
     /// Jitter of the actual beginnings of the iterations.
     jitter: CycleJitter,
     pub(super) report: RealTimeReport,
@@ -135,6 +141,7 @@ impl RealTimeScheduler {
             next_observation: SimTime::ZERO,
             origin: None,
             last_stamp: SimTime::ZERO,
+            steered: None,
             jitter: CycleJitter::new(period),
             report,
         })
@@ -283,6 +290,12 @@ impl RealTimeScheduler {
         }
         self.report.iterations += 1;
         self.slot.apply_changes(scheduled, now, observer)?;
+        let steered = self.steered.iter_mut();
+        let steered = steered.flat_map(|it| std::iter::from_fn(|| it.pop().ok()));
+        for (variable, value) in steered.take(STEERED_MOST) {
+            self.slot
+                .try_change(variable, value, self.period, now, observer);
+        }
         for n in 0..self.tasks.len() {
             if self.manager.takes_part(n) {
                 let (results, _) = tasks.results(n);

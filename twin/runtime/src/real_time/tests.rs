@@ -9,6 +9,7 @@ use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Unit};
 
 use super::clock::Clock;
 use super::scheduler::{RealTimeScheduler, Report, ReportKind, TaskInterface, Tasks};
+use super::steering::{Steering, steering};
 use crate::{
     Change, Group, IoTask, Observer, Part, Plant, PlantAccess, PlantFault, Process,
     ProcessVariable, Progress, Rig, RunEvent, Schedule, TaskError, TimeSource, Timing,
@@ -251,6 +252,15 @@ fn run_lockstep(case: &Case) -> Log {
 }
 
 fn run_real_time(case: &Case, clock: &ManualClock) -> (RealTimeScheduler, Log) {
+    run_steered(case, clock, |_, _| ())
+}
+
+/// Calls `steer` before each control step.
+fn run_steered(
+    case: &Case,
+    clock: &ManualClock,
+    mut steer: impl FnMut(u64, &mut Steering),
+) -> (RealTimeScheduler, Log) {
     let compute = case.schedule.compute.clone();
     let compute = compute
         .source(case.schedule.seed, "process/compute")
@@ -282,10 +292,13 @@ fn run_real_time(case: &Case, clock: &ManualClock) -> (RealTimeScheduler, Log) {
             .collect(),
     );
     let mut log = Log::default();
+    let (mut sender, steered) = steering();
+    scheduler.steered = Some(steered);
     scheduler.begin_at(HostTime::default());
     let mut step = 0;
     while scheduler.due(step).0 <= case.end {
         clock.sleep_until(scheduler.due(step).1);
+        steer(step, &mut sender);
         step = scheduler
             .control_step(step, clock, &mut fixed_tasks, &mut log)
             .unwrap();
@@ -351,6 +364,43 @@ fn regular() -> Case {
         changes: Vec::new(),
         end: SimTime::ZERO + SimDuration::from_millis(1),
     }
+}
+
+/// Changes that are sent while the run goes on are those of a lockstep rig at the next control step;
+/// a value that the process refuses is none, and does not end the run.
+#[test]
+fn sent_changes_are_those_of_the_next_control_step() {
+    let mut case = regular();
+    let (_, mut real) = run_steered(&case, &ManualClock::default(), |step, steering| {
+        let values: &[f64] = match step {
+            3 => &[0.5],
+            7 => &[f64::NAN, -1.0, 1.5],
+            _ => &[],
+        };
+        assert!(values.iter().all(|value| steering.set(0, *value)));
+        assert!(
+            step != 8 || steering.set(1, 0.0),
+            "there is no such variable"
+        );
+    });
+    let change = |at, value| {
+        let at = SimTime::ZERO + SimDuration::from_micros(at);
+        (at, Change::To(value))
+    };
+    case.changes = vec![change(300, 0.5), change(700, -1.0), change(700, 1.5)];
+    let mut model = run_lockstep(&case);
+    real.sort_ties();
+    model.sort_ties();
+    assert_eq!(real.0, model.0);
+}
+
+#[test]
+fn changes_that_nobody_takes_are_refused_when_there_is_no_room() {
+    let (mut sender, mut steered) = steering();
+    let sent = (0..1000).take_while(|_| sender.set(0, 1.0)).count();
+    assert!(sent >= 100 && !sender.set(0, 2.0));
+    assert_eq!(steered.pop(), Ok((0, 1.0)));
+    assert!(sender.set(0, 2.0));
 }
 
 #[test]
