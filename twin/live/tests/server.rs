@@ -49,6 +49,8 @@ fn page_is_one_document_and_a_taken_port_an_error() {
     assert!(page.starts_with("HTTP/1.1 200 OK\r\n"), "{}", &page[..200]);
     assert!(page.contains(&format!("\"socket\":{}", places.socket.port())));
     assert!(page.contains("\"name\":\"LF\"") && page.ends_with("</html>\n"));
+    let icon = answer(places.page, b"GET /favicon.ico HTTP/1.1\r\nHost: x\r\n\r\n");
+    assert!(icon.starts_with("HTTP/1.1 204"), "{icon}");
     let requests: [&[u8]; 3] = [
         b"GET /other HTTP/1.1\r\nHost: x\r\n\r\n",
         b"POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n\r\n",

@@ -76,14 +76,17 @@ async fn serve(listener: TcpListener, text: Bytes) {
 }
 
 fn answer(request: &Request<Incoming>, text: Bytes) -> Response<Full<Bytes>> {
-    let is_page = request.method() == Method::GET && request.uri().path() == "/";
-    let mut response = if is_page {
-        Response::new(Full::new(text))
-    } else {
-        let mut response = Response::new(Full::new(Bytes::from_static(b"there is one page, /\n")));
-        *response.status_mut() = StatusCode::NOT_FOUND;
-        response
+    let (status, text) = match (request.method(), request.uri().path()) {
+        (&Method::GET, "/") => (StatusCode::OK, text),
+        // Browsers ask for it, and report each error.
+        (&Method::GET, "/favicon.ico") => (StatusCode::NO_CONTENT, Bytes::new()),
+        _ => (
+            StatusCode::NOT_FOUND,
+            Bytes::from_static(b"there is one page, /\n"),
+        ),
     };
+    let mut response = Response::new(Full::new(text));
+    *response.status_mut() = status;
     let html = header::HeaderValue::from_static("text/html; charset=utf-8");
     response.headers_mut().insert(header::CONTENT_TYPE, html);
     response
