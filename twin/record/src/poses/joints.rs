@@ -1,4 +1,4 @@
-//! Joints of the legs, as a `sensor_msgs/JointState`: those of the robot description, by their names.
+//! Joints of the legs, as a `sensor_msgs/JointState`: those of the robot description, by name.
 
 use twinrig_kernel::signal;
 

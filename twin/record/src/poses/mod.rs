@@ -1,6 +1,6 @@
 //! State of the robot in standard messages for ROS 2 viewers and tools: coordinate frames,
-//! odometry, joints, drives. All numbers are taken from recorded samples of the plant; none is computed
-//! additionally.
+//! odometry, joints, drives. All numbers are taken from recorded samples of the plant; none is
+//! computed additionally.
 
 mod drives;
 mod frames;

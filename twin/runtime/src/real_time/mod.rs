@@ -17,7 +17,8 @@
 //! - The process gets, and changes use, the times of the grid: without overruns the bytes on the
 //!   wire are those of lockstep. Events carry the times at which they happened. Time 0 is control
 //!   step 0; opening precedes it.
-//! - A [`Steering`] changes variables while the run goes on: its queue is read at each control step.
+//! - A [`Steering`] changes variables while the run goes on: its queue is read at each control
+//!   step.
 //! - No thread waits for a slower one. An observer queue that is full loses records and counts them
 //!   (`RealTimeReport::lost`): such a recording is an error, not a slower robot.
 //! - Every phase of a driver has a limit, which its own thread keeps; `WorkerPool` gives up a

@@ -366,8 +366,8 @@ fn regular() -> Case {
     }
 }
 
-/// Changes that are sent while the run goes on are those of a lockstep rig at the next control step;
-/// a value that the process refuses is none, and does not end the run.
+/// Changes that are sent while the run goes on are those of a lockstep rig at the next control
+/// step; a value that the process refuses is none, and does not end the run.
 #[test]
 fn sent_changes_are_those_of_the_next_control_step() {
     let mut case = regular();
