@@ -23,6 +23,14 @@ pub struct Act {
     pub value: f64,
 }
 
+/// Value that a variable is to have.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target {
+    pub(crate) value: f64,
+    /// Greatest change per second; none: at once.
+    pub(crate) slew: Option<f64>,
+}
+
 /// A run: the scenario with acts.
 #[derive(Clone, Debug, Default)]
 pub struct Branch {

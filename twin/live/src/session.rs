@@ -11,8 +11,7 @@ use twinrig_rig::Assembly;
 use twinrig_runtime::{Change, Observer, ProcessVariable, Rig, RigError, catch_panic};
 use twinrig_scenario::{Outcome, RunEnd};
 
-use self::acts::Target;
-use crate::branch::Branch;
+use crate::branch::{Branch, Target};
 use crate::error::LiveError;
 use crate::snapshots::{Reach, Saved, Snapshots};
 use crate::watch::{Event, Events, Watch, Watched};

@@ -4,16 +4,8 @@ use twinrig_kernel::{SimTime, near_misses};
 use twinrig_runtime::{Change, RigError};
 
 use super::{Ended, Session, next_multiple};
-use crate::branch::{Act, Branch};
+use crate::branch::{Act, Branch, Target};
 use crate::error::LiveError;
-
-/// Value that a variable is to have.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Target {
-    value: f64,
-    /// Greatest change per second; none: at once.
-    slew: Option<f64>,
-}
 
 impl Session<'_> {
     /// Lets a variable of the controller have a value from the next control step on. With `slew`,
