@@ -35,6 +35,8 @@ pub struct Control<'a> {
     message: Option<String>,
     /// Folder of the scenarios of branches.
     folder: PathBuf,
+    /// Number of the first of them: files of earlier sessions stay.
+    first: usize,
     sets: Sets,
     /// Number of acts of each branch that its file has.
     written: Vec<usize>,
@@ -48,6 +50,7 @@ impl<'a> Control<'a> {
     /// Creates the control of a session, whose branches are written to a folder.
     pub fn new(session: Session<'a>, folder: &Path) -> Self {
         Self {
+            first: first_free(folder, &stem(&session)),
             session,
             is_playing: true,
             speed: 1.0,
@@ -243,9 +246,9 @@ impl<'a> Control<'a> {
 
     /// Returns the path of the scenario of a branch.
     pub fn path(&self, branch: usize) -> PathBuf {
-        let file = Path::new(&self.session.assembly().scenario().file);
-        let name = file.file_stem().unwrap_or_default().to_string_lossy();
-        self.folder.join(format!("{name}-{branch}.toml"))
+        let number = self.first + branch;
+        self.folder
+            .join(format!("{}-{number}.toml", stem(&self.session)))
     }
 
     /// Shows a note to visitors.
@@ -343,6 +346,25 @@ impl<'a> Control<'a> {
             EventKind::Fall => "the robot falls".to_owned(),
         }
     }
+}
+
+/// Returns the name of the file of a scenario.
+fn stem(session: &Session<'_>) -> String {
+    let file = Path::new(&session.assembly().scenario().file);
+    let stem = file.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+/// Returns the first number after those of the files `STEM-NUMBER.toml` in a folder.
+fn first_free(folder: &Path, stem: &str) -> usize {
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let number = |file: std::fs::DirEntry| {
+        let name = file.file_name().into_string().ok()?;
+        let rest = name.strip_prefix(stem)?.strip_prefix('-')?;
+        rest.strip_suffix(".toml")?.parse::<usize>().ok()
+    };
+    let last = files.filter_map(number).max();
+    last.map_or(0, |last| last.saturating_add(1))
 }
 
 /// Returns the time that a number of seconds is.

@@ -303,8 +303,7 @@ impl<'a> Session<'a> {
         let Ok(snapshots) = &mut self.snapshots else {
             return;
         };
-        let is_due = snapshots.next(SimTime::from_nanos(self.now.as_nanos() - 1)) == self.now;
-        if is_due && snapshots.lacks(self.now) {
+        if snapshots.lacks(self.now) {
             snapshots.add(Saved {
                 at: self.now,
                 rig: self.rig.save(),

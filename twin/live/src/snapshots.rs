@@ -75,9 +75,10 @@ impl Snapshots {
         SimTime::from_nanos(count.saturating_mul(spacing))
     }
 
-    /// Returns whether no state is saved at `at` or later.
+    /// Returns whether a state is to be saved at `at`, and none is at `at` or later.
     pub(crate) fn lacks(&self, at: SimTime) -> bool {
-        self.saved.last().is_some_and(|last| last.at < at)
+        let is_due = at.as_nanos().is_multiple_of(self.spacing.as_nanos());
+        is_due && self.saved.last().is_some_and(|last| last.at < at)
     }
 
     /// Adds the state at an instant of [`Self::next`] that [is lacking](Self::lacks).

@@ -101,6 +101,27 @@ fn futures_are_those_of_both_runs() {
     });
 }
 
+/// Files of an earlier session are not replaced.
+#[test]
+fn files_of_earlier_sessions_stay() {
+    let registry = Registry::standard();
+    let assembly = assembly(&registry);
+    let folder = Folder::new("earlier");
+    let written = || {
+        let session = Session::new(&assembly, SNAPSHOT_BYTES).unwrap();
+        let mut control = Control::new(session, folder.path());
+        let set = json!({ "variable": "frequency", "value": 3.2 });
+        ask(&mut control, "set", set).unwrap();
+        control.advance(ms(100), &mut ());
+        control.write_branches().unwrap()
+    };
+    assert_eq!(written(), [folder.path().join("trot-0.toml")]);
+    let other = folder.path().join("trot-fast-7.toml");
+    std::fs::write(&other, "").unwrap();
+    assert_eq!(written(), [folder.path().join("trot-1.toml")]);
+    assert_eq!(std::fs::read(&other).unwrap(), b"");
+}
+
 #[test]
 fn sets_are_saved_and_recalled() {
     with_control("recalled", |control, folder| {

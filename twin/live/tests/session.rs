@@ -4,7 +4,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_live::{Ended, EventKind, LiveError, SNAPSHOT_BYTES, Session};
+use twinrig_live::{Ended, Event, EventKind, LiveError, SNAPSHOT_BYTES, Session};
 use twinrig_rig::{Assembly, Execution, Registry, execute_observed};
 
 /// An act of a visitor.
@@ -227,6 +227,88 @@ fn states_of_another_future_are_not_restored() {
     let (present, branches) = (session.present(), session.branches().len());
     assert_eq!((present, branches), (1, 2));
     assert_branches_are_runs(&mut session, &registry, assembly.end());
+}
+
+/// A scenario of a robot that stands.
+fn stand<'r>(registry: &'r Registry, more: &str) -> Assembly<'r> {
+    let text = format!(
+        "robot = 'cheetah-cub'\nduration = '500 ms'\nplant = {{ model = 'massless', ground = {{}} }}\n\
+         controller = {{ kind = 'stand', period = '2 ms', hip_height = '138 mm' }}\n{more}"
+    );
+    let builder = Assembly::builder(registry);
+    builder.text("stand.toml", &text, "".as_ref()).unwrap()
+}
+
+/// A fall ends the session where it ends the run; before it there is another future.
+#[test]
+fn a_fall_ends_a_session_as_it_ends_a_run() {
+    let registry = Registry::standard();
+    // That of a robot which bends its legs.
+    let bends = "fall = { height = 0.95, end = true }\n\
+                 change = [{ at = '200 ms', set = 'hip_height', by = '-1 cm' }]\n";
+    let assembly = stand(&registry, bends);
+    let mut session = Session::new(&assembly, SNAPSHOT_BYTES).unwrap();
+    session.advance(assembly.end(), &mut ());
+    assert_eq!(session.ended(), Some(&Ended::Fall));
+    let fell = session.now();
+    assert!(fell > ms(200) && fell < ms(500), "{fell}");
+    assert_eq!(session.fingerprint().to_string(), fingerprint(&assembly));
+    let is_fall = |event: &Event| event.kind == EventKind::Fall && event.at == fell;
+    assert!(session.events().0.any(is_fall));
+    session.advance(assembly.end(), &mut ());
+    assert_eq!(session.now(), fell);
+    session.seek(ms(150), &mut ()).unwrap();
+    for leg in ["fore", "hind"] {
+        let name = format!("hip_height/{leg}");
+        session.set(&name, 0.145, None).unwrap();
+    }
+    session.advance(ms(180), &mut ());
+    assert_eq!((session.ended(), session.present()), (None, 1));
+    assert_branches_are_runs(&mut session, &registry, assembly.end());
+}
+
+/// A change that the controller refuses ends a session with its reason; such a branch is no
+/// scenario, and the run of the scenario goes on.
+#[test]
+fn a_failed_branch_leaves_the_run() {
+    let registry = Registry::standard();
+    let lower = "change = [{ at = '300 ms', set = 'hip_height/fore', by = '-1 cm' }]\n";
+    let assembly = stand(&registry, lower);
+    let mut session = Session::new(&assembly, SNAPSHOT_BYTES).unwrap();
+    session.advance(ms(350), &mut ());
+    session.seek(ms(200), &mut ()).unwrap();
+    let variables = session.variables().iter();
+    let height = variables.clone().find(|it| it.name() == "hip_height/fore");
+    let (std::ops::Bound::Included(least), _) = height.unwrap().range() else {
+        panic!()
+    };
+    session.set("hip_height/fore", least, None).unwrap();
+    session.advance(assembly.end(), &mut ());
+    let Some(Ended::Failed(why)) = session.ended() else {
+        panic!("{:?}", session.ended())
+    };
+    assert!(why.contains("hip_height/fore"), "{why}");
+    let error = session.text_of(1, "".as_ref()).unwrap_err();
+    assert!(matches!(error, LiveError::Branch(_)), "{error}");
+    session.select(0, None, &mut ()).unwrap();
+    session.advance(assembly.end(), &mut ());
+    assert_eq!(session.ended(), Some(&Ended::Scenario));
+    assert_eq!(session.fingerprint().to_string(), fingerprint(&assembly));
+}
+
+/// The first event may be at the start.
+#[test]
+fn an_event_at_the_start_is_one() {
+    let registry = Registry::standard();
+    let first = "change = [{ at = '0 s', set = 'hip_height', to = '135 mm' }]\n";
+    let assembly = stand(&registry, first);
+    let mut session = Session::new(&assembly, SNAPSHOT_BYTES).unwrap();
+    let event = session.advance_to_event(assembly.end(), &mut ()).cloned();
+    let event = event.unwrap();
+    assert_eq!((event.at, session.now()), (SimTime::ZERO, SimTime::ZERO));
+    assert!(matches!(event.kind, EventKind::Change { .. }));
+    session.advance(assembly.end(), &mut ());
+    assert_eq!(session.fingerprint().to_string(), fingerprint(&assembly));
 }
 
 /// The memory that saved states take is what a session says, so that its limit is one.
