@@ -63,7 +63,7 @@ def test_frames_end_at_the_feet() -> None:
     frames = run.frames()
     for leg in ("LF", "RF", "LH", "RH"):
         foot = run.signals[f"leg/{leg}/foot/position"]
-        frame = frames[f"{leg}/foot"]
+        frame = frames[f"{leg}_foot"]
         assert frame.relative_to == "world" and frame.position.shape == foot.shape
         assert np.array_equal(frame.time, foot.time)
         assert np.abs(frame.position - foot).max() < 1e-12

@@ -57,7 +57,7 @@ impl<S: Sink> Encoder<S> {
             topics[Topic::Description as usize] = Some(add_topic(&mut sink, Topic::Description));
         }
         let traces = add_traces(&mut sink, &info.traces);
-        let mut encoder = Self {
+        Ok(Self {
             sink,
             traces,
             groups: sampled,
@@ -67,9 +67,7 @@ impl<S: Sink> Encoder<S> {
             scratch: Vec::with_capacity(8192),
             tasks: info.tasks.clone(),
             variables: info.variables.clone(),
-        };
-        encoder.describe(SimTime::ZERO, &info.description);
-        Ok(encoder)
+        })
     }
 
     /// Encodes the description of the robot at `now`, if the run has one.

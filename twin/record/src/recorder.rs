@@ -102,8 +102,9 @@ impl<W: Write> Recorder<W> {
             flush_due: SimTime::ZERO + cadence.flush,
             failure: None,
         };
-        // The input files are on disk before the run starts.
+        // The input files and the channels are on disk before the run starts.
         recorder.encoder.sink.flush()?;
+        recorder.encoder.describe(SimTime::ZERO, &info.description);
         Ok(recorder)
     }
 
