@@ -296,11 +296,15 @@ pub struct LiveArgs {
     #[arg(long, value_name = "HOST", default_value = "127.0.0.1")]
     pub listen: String,
     /// Port of the WebSocket; 0: any that is free
-    #[arg(long, default_value_t = 8765)]
-    pub port: u16,
+    #[arg(long, value_name = "PORT", default_value_t = 8765)]
+    pub socket: u16,
     /// Port of the page; 0: any that is free
     #[arg(long, value_name = "PORT", default_value_t = 8766)]
     pub page: u16,
+    /// Run in real time on the hardware at DEVICE instead of emulated boards and plant; one --port
+    /// per bus
+    #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value, conflicts_with_all = ["speed", "paused", "memory"])]
+    pub port: Vec<(String, String)>,
     /// Simulated time over wall-clock time; 0: as fast as possible
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
@@ -310,10 +314,10 @@ pub struct LiveArgs {
     /// Memory for saved states [MiB]: with less, going back simulates more again
     #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u16).range(1..))]
     pub memory: u16,
-    /// Folder for the scenarios of branches
+    /// Folder for the scenarios of branches, and for the recording of a run on hardware
     #[arg(long, value_name = "DIR", default_value = "live")]
     pub out: PathBuf,
-    /// Print the addresses as a JSON object
+    /// Print the addresses as a JSON object, and the report of a run on hardware as another one
     #[arg(long)]
     pub json: bool,
 }

@@ -7,6 +7,7 @@ use twinrig_kernel::{SimTime, Unit};
 use twinrig_record::Digest;
 use twinrig_rig::Assembly;
 use twinrig_rig::scenario_text::{AppendedChange, ScenarioText};
+use twinrig_runtime::Change;
 
 use crate::error::LiveError;
 
@@ -55,8 +56,8 @@ impl Branch {
         made(self).min(made(other))
     }
 
-    /// Returns the scenario of the branch, for a file in the folder `to`; `variables` are names and
-    /// units.
+    /// Returns the scenario of the branch, for a file in the folder `to`: read again, it has the
+    /// changes of the branch. `variables` are names and units.
     pub(crate) fn text(
         &self,
         assembly: &Assembly<'_>,
@@ -89,6 +90,33 @@ impl Branch {
                 scenario.file, self.begin
             ),
         };
-        Ok(source.with_changes(&scenario.settings, &changes, &[header])?)
+        let text = source.with_changes(&scenario.settings, &changes, &[header])?;
+        self.check(assembly, variables, &text, to)?;
+        Ok(text)
+    }
+
+    /// Checks that a text has the changes of the scenario and those of the branch.
+    fn check(
+        &self,
+        assembly: &Assembly<'_>,
+        variables: &[(String, Unit)],
+        text: &str,
+        folder: &Path,
+    ) -> Result<(), LiveError> {
+        let file = &assembly.scenario().file;
+        let builder = Assembly::builder(assembly.registry());
+        let read = builder.text(file, text, folder);
+        let read = read.map_err(|error| LiveError::Branch(error.to_string()))?;
+        let acts = self.acts.iter().map(|act| {
+            let (name, _) = &variables[act.variable];
+            (act.at, name.as_str(), Change::To(act.value))
+        });
+        let mut expected: Vec<_> = assembly.changes().chain(acts).collect();
+        expected.sort_by_key(|(at, ..)| *at);
+        if read.changes().eq(expected) {
+            return Ok(());
+        }
+        let why = "a change by an amount, later in the scenario, would be another one";
+        Err(LiveError::Branch(why.to_owned()))
     }
 }

@@ -5,24 +5,16 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_report::comparison::{Comparison, Shown};
-use twinrig_runtime::{Bound, Observer};
-use twinrig_scenario::{Outcome, Verdict};
+use twinrig_runtime::Observer;
 
-use crate::futures;
+use crate::files::Files;
 use crate::request::{Request, StepTo};
 use crate::session::{Ended, Session};
-use crate::sets::{Sets, write_whole};
-use crate::watch::EventKind;
+use crate::tuning::Tuning;
+use crate::{futures, live_run};
 
 /// Greatest factor of time.
 const SPEED_MAX: f64 = 1000.0;
-
-/// Folder of the sets of values, in that of the branches.
-const SETS: &str = "sets";
-
-/// Number of events that are shown.
-const EVENTS: usize = 50;
 
 /// A session with its visitors.
 pub struct Control<'a> {
@@ -30,14 +22,10 @@ pub struct Control<'a> {
     is_playing: bool,
     /// Simulated time over wall-clock time; infinite: as fast as possible.
     speed: f64,
-    slew: f64,
+    tuning: Tuning,
     /// Last refusal or note.
     message: Option<String>,
-    /// Folder of the scenarios of branches.
-    folder: PathBuf,
-    /// Number of the first of them: files of earlier sessions stay.
-    first: usize,
-    sets: Sets,
+    files: Files,
     /// Number of acts of each branch that its file has.
     written: Vec<usize>,
     /// Number of requests that were carried out.
@@ -50,14 +38,12 @@ impl<'a> Control<'a> {
     /// Creates the control of a session, whose branches are written to a folder.
     pub fn new(session: Session<'a>, folder: &Path) -> Self {
         Self {
-            first: first_free(folder, &stem(&session)),
+            files: Files::new(session.assembly(), folder),
             session,
             is_playing: true,
             speed: 1.0,
-            slew: 0.0,
+            tuning: Tuning::new(folder),
             message: None,
-            folder: folder.to_owned(),
-            sets: Sets::new(folder.join(SETS)),
             written: Vec::new(),
             changes: 0,
             has_jumped: false,
@@ -143,20 +129,6 @@ impl<'a> Control<'a> {
                 }
                 self.speed = if factor == 0.0 { f64::INFINITY } else { factor };
             }
-            Request::Set {
-                ref variable,
-                value,
-            } => {
-                let slew = self.slew_of(variable);
-                let set = self.session.set(variable, value, slew);
-                set.map_err(|error| error.to_string())?;
-            }
-            Request::Slew { rate } => {
-                if !(rate >= 0.0 && rate.is_finite()) {
-                    return Err(format!("{rate} is no rate of a change"));
-                }
-                self.slew = rate;
-            }
             Request::Branch { number, at_s } => {
                 self.has_jumped = true;
                 let at = at_s.map(instant).transpose()?;
@@ -168,45 +140,12 @@ impl<'a> Control<'a> {
                 let compared = compared.map_err(|error| error.to_string())?;
                 return Ok(json!({ "ok": true, "futures": compared }));
             }
-            Request::Save { ref name } => self.save_set(name)?,
-            Request::Recall { ref name } => {
-                let values = self.sets.read(name, self.session.variables())?;
-                let values = values.iter();
-                let values = values.map(|(name, value)| (&**name, *value, self.slew_of(name)));
-                let values: Vec<_> = values.collect();
-                let set = self.session.set_all(&values);
-                set.map_err(|error| error.to_string())?;
-            }
+            Request::Set { .. }
+            | Request::Slew { .. }
+            | Request::Save { .. }
+            | Request::Recall { .. } => self.tuning.handle(request, &mut self.session)?,
         }
         Ok(json!({ "ok": true }))
-    }
-
-    fn save_set(&mut self, name: &str) -> Result<(), String> {
-        let session = &self.session;
-        let variables = session.variables().iter().enumerate();
-        let values = variables.map(|(index, variable)| {
-            let target = session.target(index);
-            (variable, target.unwrap_or_else(|| variable.value()))
-        });
-        let values: Vec<_> = values.collect();
-        let comment = format!(
-            "Process variables of {} at {}.",
-            session.name(),
-            session.now()
-        );
-        self.sets.save(name, &comment, &values)
-    }
-
-    /// Returns the greatest change of a variable per second; none without a limit.
-    fn slew_of(&self, name: &str) -> Option<f64> {
-        let mut variables = self.session.variables().iter();
-        let variable = variables.find(|it| it.name() == name)?;
-        let scale = match variable.default().abs() {
-            0.0 => variable.value().abs(),
-            default => default,
-        };
-        let scale = if scale > 0.0 { scale } else { 1.0 };
-        (self.slew > 0.0).then_some(scale * self.slew)
     }
 
     /// Writes the scenarios of the branches that have changed; returns the paths of new files.
@@ -225,10 +164,9 @@ impl<'a> Control<'a> {
             if count == written {
                 continue;
             }
-            let path = self.path(number);
-            match self.write(number, &path) {
-                Ok(()) if written == 0 => new.push(path),
-                Ok(()) => {}
+            match self.write(number) {
+                Ok(path) if written == 0 => new.push(path),
+                Ok(_) => {}
                 Err(why) => failed = failed.or(Some(why)),
             }
             self.written[number] = count;
@@ -236,19 +174,16 @@ impl<'a> Control<'a> {
         failed.map_or(Ok(new), Err)
     }
 
-    fn write(&self, number: usize, path: &Path) -> Result<(), String> {
-        let text = self.session.text_of(number, &self.folder);
-        let text = text.map_err(|error| error.to_string())?;
-        let failed = |error: std::io::Error| format!("cannot write {}: {error}", path.display());
-        std::fs::create_dir_all(&self.folder).map_err(failed)?;
-        write_whole(path, &text).map_err(failed)
+    fn write(&self, number: usize) -> Result<PathBuf, String> {
+        let session = &self.session;
+        let branch = &session.branches()[number];
+        let (assembly, variables) = (session.assembly(), session.units());
+        self.files.write(number, branch, assembly, variables)
     }
 
     /// Returns the path of the scenario of a branch.
     pub fn path(&self, branch: usize) -> PathBuf {
-        let number = self.first + branch;
-        self.folder
-            .join(format!("{}-{number}.toml", stem(&self.session)))
+        self.files.scenario(branch)
     }
 
     /// Shows a note to visitors.
@@ -259,11 +194,6 @@ impl<'a> Control<'a> {
     /// Returns what visitors see, apart from signals and poses.
     pub fn state(&self) -> Value {
         let session = &self.session;
-        let (events, _) = session.events();
-        let events: Vec<Value> = events
-            .map(|event| json!({ "at_s": event.at.as_secs_f64(), "text": self.event(&event.kind) }))
-            .collect();
-        let events = &events[events.len().saturating_sub(EVENTS)..];
         let reach = session.reach().ok().map(|reach| {
             json!({
                 "from_s": reach.from.as_secs_f64(),
@@ -284,9 +214,8 @@ impl<'a> Control<'a> {
                 "fingerprint": branch.fingerprint.map(|it| it.to_string()),
             })
         });
-        let outcomes = session.outcomes();
-        json!({
-            "now_s": session.now().as_secs_f64(),
+        let mut state = self.tuning.state(session);
+        let own = json!({
             "status": match (session.ended(), self.is_playing) {
                 (Some(_), _) => "ended",
                 (None, true) => "playing",
@@ -297,74 +226,11 @@ impl<'a> Control<'a> {
             "branch": session.present(),
             "branches": branches.collect::<Vec<_>>(),
             "reach": reach,
-            "variables": self.variables(),
-            "events": events,
-            "expectations": outcomes.iter().map(expectation).collect::<Vec<_>>(),
-            "slew": self.slew,
-            "sets": self.sets.names(),
             "message": self.message,
-        })
+        });
+        live_run::extend(&mut state, own);
+        state
     }
-
-    fn variables(&self) -> Vec<Value> {
-        let variables = self.session.variables().iter().enumerate();
-        let end = |bound: Bound<f64>| match bound {
-            Bound::Included(at) | Bound::Excluded(at) => Some(at),
-            Bound::Unbounded => None,
-        };
-        variables
-            .map(|(index, variable)| {
-                let (min, max) = variable.range();
-                json!({
-                    "name": variable.name(),
-                    "unit": variable.unit().symbol(),
-                    "value": variable.value(),
-                    "target": self.session.target(index),
-                    "default": variable.default(),
-                    "min": end(min),
-                    "max": end(max),
-                    "range": variable.range_text(),
-                })
-            })
-            .collect()
-    }
-
-    fn event(&self, kind: &EventKind) -> String {
-        match kind {
-            EventKind::TouchDown(leg) => format!("{leg} touches down"),
-            EventKind::LiftOff(leg) => format!("{leg} lifts off"),
-            EventKind::Change { variable, value } => {
-                let variable = &self.session.variables()[*variable];
-                format!("{} = {value} {}", variable.name(), variable.unit().symbol())
-            }
-            EventKind::Skipped(task) => {
-                let name = self.session.rig().task_names().nth(*task);
-                format!("{} is busy beyond its period", name.unwrap_or_default())
-            }
-            EventKind::Overrun => "the controller is busy beyond its period".to_owned(),
-            EventKind::Opened => "all devices are open".to_owned(),
-            EventKind::Fall => "the robot falls".to_owned(),
-        }
-    }
-}
-
-/// Returns the name of the file of a scenario.
-fn stem(session: &Session<'_>) -> String {
-    let file = Path::new(&session.assembly().scenario().file);
-    let stem = file.file_stem().unwrap_or_default();
-    stem.to_string_lossy().into_owned()
-}
-
-/// Returns the first number after those of the files `STEM-NUMBER.toml` in a folder.
-fn first_free(folder: &Path, stem: &str) -> usize {
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let number = |file: std::fs::DirEntry| {
-        let name = file.file_name().into_string().ok()?;
-        let rest = name.strip_prefix(stem)?.strip_prefix('-')?;
-        rest.strip_suffix(".toml")?.parse::<usize>().ok()
-    };
-    let last = files.filter_map(number).max();
-    last.map_or(0, |last| last.saturating_add(1))
 }
 
 /// Returns the time that a number of seconds is.
@@ -382,34 +248,4 @@ pub fn ended_text(ended: &Ended) -> String {
         Ended::Plant => "the plant has ended the run".to_owned(),
         Ended::Failed(why) => why.clone(),
     }
-}
-
-/// Returns an expectation as visitors see it.
-fn expectation(outcome: &Outcome) -> Value {
-    let comparison = Comparison {
-        measured: outcome.measured,
-        bound: outcome.bound,
-        other_bound: outcome.other_bound,
-        margin: outcome.margin,
-    };
-    let shown = Shown::of(&comparison, outcome.unit.symbol());
-    let bound = outcome.bound.map(|bound| {
-        // The margin grows with the distance above a lower bound.
-        let above = outcome.measured.map(|measured| measured - bound);
-        let is_lower = above
-            .zip(outcome.margin)
-            .is_some_and(|(above, margin)| above * margin > 0.0);
-        let relation = if is_lower { "≥" } else { "≤" };
-        format!("{relation} {}", shown.with_unit(bound))
-    });
-    json!({
-        "name": outcome.name,
-        "verdict": match outcome.verdict {
-            Verdict::Pass => "pass",
-            Verdict::Fail => "fail",
-            Verdict::Unobserved => "unobserved",
-        },
-        "measured": outcome.measured.map(|it| shown.with_unit(it)),
-        "bound": bound,
-    })
 }

@@ -33,24 +33,33 @@
 //! | `futures` | two branches, footstep by footstep |
 //! | `sets` | named sets of values |
 //! | `request` | requests of visitors |
-//! | `control` | requests carried out, and what visitors see |
+//! | `live_run` | a run as visitors see it, in virtual time or on hardware |
+//! | `tuning` | process variables that visitors set, save and recall |
+//! | `control` | requests carried out in virtual time |
+//! | `hardware` | requests carried out on hardware: variables alone |
+//! | `files` | names of scenarios and recordings |
 //! | `server` | visitors by WebSocket, and a page (feature `server`) |
 //!
 //! # Limits
 //!
-//! - Virtual time only: it reads no clock, and who calls it decides how fast time passes.
+//! - A session reads no clock: who calls it decides how fast time passes. On hardware time goes on,
+//!   and there is no past.
 //! - A plant that does not save its state is advanced and changed, and has no past.
 
 mod branch;
 pub mod control;
 mod error;
+mod files;
 mod futures;
+pub mod hardware;
+mod live_run;
 pub mod request;
 #[cfg(feature = "server")]
 pub mod server;
 mod session;
 mod sets;
 mod snapshots;
+mod tuning;
 mod watch;
 
 pub use branch::{Act, Branch};

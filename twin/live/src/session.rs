@@ -8,11 +8,12 @@ use std::path::Path;
 use twinrig_kernel::{SimDuration, SimTime, Unit};
 use twinrig_record::Digest;
 use twinrig_rig::Assembly;
-use twinrig_runtime::{Change, Observer, ProcessVariable, Rig, RigError, catch_panic};
+use twinrig_runtime::{Observer, ProcessVariable, Rig, RigError, catch_panic};
 use twinrig_scenario::{Outcome, RunEnd};
 
 use crate::branch::{Branch, Target};
 use crate::error::LiveError;
+use crate::live_run::{LiveRun, Targets};
 use crate::snapshots::{Reach, Saved, Snapshots};
 use crate::watch::{Event, Events, Watch, Watched};
 
@@ -116,9 +117,9 @@ impl<'a> Session<'a> {
         self.assembly
     }
 
-    /// Returns the name of the scenario.
-    pub fn name(&self) -> &str {
-        &self.assembly.scenario().name
+    /// Returns names and units of the variables.
+    pub(crate) fn units(&self) -> &[(String, Unit)] {
+        &self.variables
     }
 
     /// Returns the end of the scenario.
@@ -182,10 +183,8 @@ impl<'a> Session<'a> {
 
     /// Returns the outcomes that the expectations would have if the scenario ended now.
     pub fn outcomes(&self) -> Vec<Outcome> {
-        let mut judge = self.watch.judge.clone();
-        judge.end_at(self.now);
         let plant = self.rig.plant();
-        judge.finish(&RunEnd {
+        self.watch.outcomes(&RunEnd {
             at: self.now,
             energy: Some(plant.energy()),
             work: Some(plant.work()),
@@ -379,28 +378,34 @@ impl<'a> Session<'a> {
     /// the branch.
     pub fn text_of(&self, branch: usize, to: &Path) -> Result<String, LiveError> {
         let branch = self.branch(branch)?;
-        let text = branch.text(self.assembly, &self.variables, to)?;
-        self.check(branch, &text, to)?;
-        Ok(text)
+        branch.text(self.assembly, &self.variables, to)
     }
+}
 
-    /// Checks that the text of a branch has the changes of the scenario and those of the branch.
-    fn check(&self, branch: &Branch, text: &str, folder: &Path) -> Result<(), LiveError> {
-        let file = &self.assembly.scenario().file;
-        let builder = Assembly::builder(self.assembly.registry());
-        let read = builder.text(file, text, folder);
-        let read = read.map_err(|error| LiveError::Branch(error.to_string()))?;
-        let acts = branch.acts.iter().map(|act| {
-            let (name, _) = &self.variables[act.variable];
-            (act.at, name.as_str(), Change::To(act.value))
-        });
-        let mut expected: Vec<_> = self.assembly.changes().chain(acts).collect();
-        expected.sort_by_key(|(at, ..)| *at);
-        if read.changes().eq(expected) {
-            return Ok(());
-        }
-        let why = "a change by an amount, later in the scenario, would be another one";
-        Err(LiveError::Branch(why.to_owned()))
+impl LiveRun for Session<'_> {
+    fn name(&self) -> &str {
+        &self.assembly.scenario().name
+    }
+    fn now(&self) -> SimTime {
+        self.now
+    }
+    fn variables(&self) -> &[ProcessVariable] {
+        self.variables()
+    }
+    fn target(&self, variable: usize) -> Option<f64> {
+        self.target(variable)
+    }
+    fn events(&self) -> &Events {
+        &self.events
+    }
+    fn task(&self, index: usize) -> &str {
+        self.rig.task_names().nth(index).unwrap_or_default()
+    }
+    fn outcomes(&self) -> Vec<Outcome> {
+        self.outcomes()
+    }
+    fn set_all(&mut self, values: Targets<'_>) -> Result<(), LiveError> {
+        self.set_all(values)
     }
 }
 

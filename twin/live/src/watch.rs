@@ -5,9 +5,10 @@ use std::collections::VecDeque;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_record::Fingerprint;
 use twinrig_rig::Assembly;
+use twinrig_rig::run::executor::Executor;
 use twinrig_rig::run::judging::judge;
-use twinrig_runtime::{Group, Observer, Rig, RunEvent};
-use twinrig_scenario::Judge;
+use twinrig_runtime::{Group, Observer, RunEvent};
+use twinrig_scenario::{Judge, Outcome, RunEnd};
 
 /// Number of events that are kept.
 const EVENTS: usize = 256;
@@ -62,9 +63,9 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    pub(crate) fn new(assembly: &Assembly<'_>, rig: &Rig) -> Self {
-        let judge = judge(assembly, rig);
-        let layout = rig.layout(Group::Plant);
+    pub(crate) fn new(assembly: &Assembly<'_>, executor: &dyn Executor) -> Self {
+        let judge = judge(assembly, executor);
+        let layout = executor.layout(Group::Plant);
         let foot = |(leg, name): (usize, &str)| {
             let load = layout.find(&signal::of_leg(name, signal::FOOT_LOAD))?;
             Some(Foot {
@@ -78,6 +79,13 @@ impl Watch {
             fingerprint: Fingerprint::new(),
             judge,
         }
+    }
+
+    /// Returns the outcomes that the expectations would have if the scenario ended with `run`, now.
+    pub(crate) fn outcomes(&self, run: &RunEnd<'_>) -> Vec<Outcome> {
+        let mut judge = self.judge.clone();
+        judge.end_at(run.at);
+        judge.finish(run)
     }
 }
 

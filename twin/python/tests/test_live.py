@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import random
+import re
 import signal
 import socket
 import struct
@@ -33,7 +35,7 @@ class Twin:
 
     def __init__(self, out: Path, *arguments: str) -> None:
         words = [sys.executable, "-m", "twinrig", "live", *arguments, "--out", str(out)]
-        words += ["--port", "0", "--page", "0", "--json"]
+        words += ["--socket", "0", "--page", "0", "--json"]
         self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
         places = json.loads(self.process.stdout.readline())
@@ -202,6 +204,64 @@ def test_branch_and_original(folder: Path) -> None:
         assert "live-data" in page
         run(visit(live))
         assert str(folder / "trot-1.toml") in live.end()
+
+
+def test_robot_at_its_ports_is_tuned(folder: Path) -> None:
+    """The program drives a served Oncilla over PTYs: a jump of a parameter is a ramp, which the
+    scenario of the changes has; time travel is refused."""
+    oncilla = ROOT / "scenarios/oncilla-trot.toml"
+    links = {bus: folder / bus for bus in ("sbcp", "rb110")}
+    places = [word for bus, link in links.items() for word in ("--pty", f"{bus}={link}")]
+    words = [sys.executable, "-m", "twinrig", "serve", str(oncilla), *places]
+    served = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    async def visit(live: Twin) -> None:
+        async with visitor(live) as one:
+            assert "playbackControl" not in one.info["capabilities"]
+            await one.subscribe("/process_outputs", "/gauges")
+            begun = await one.state(lambda it: it["now_s"] > 0)
+            assert (begun["reach"], begun["branches"]) == (None, [])
+            for service, body in (("pause", {}), ("seek", {"at_s": 0.0})):
+                with pytest.raises(RuntimeError, match="on hardware"):
+                    await one.call(service, **body)
+            await one.call("save", name="begin")
+            await one.call("slew", rate=0.5)
+            assert (await one.set_parameter("frequency", 1.8))[0]["value"] == 1.8
+            with pytest.raises(RuntimeError, match="frequency = -1 is not in"):
+                await one.call("set", variable="frequency", value=-1)
+            tuned = await one.state(lambda it: values(it)["frequency"] == 1.8)
+            assert tuned["sets"] == ["begin"]
+            assert {"/process_outputs", "/gauges"} <= set(one.latest)
+
+    def values(state: dict[str, Any]) -> dict[str, float]:
+        return {it["name"]: it["value"] for it in state["variables"]}
+
+    try:
+        while not all(link.exists() for link in links.values()):
+            assert served.poll() is None
+            time.sleep(0.05)
+        ports = [word for bus, link in links.items() for word in ("--port", f"{bus}={link}")]
+        # A machine under load answers late now and then.
+        settings = ["--set", "until=4 s", "--set", "bus.sbcp.error_threshold=-1"]
+        with twin(folder, str(oncilla), *ports, *settings) as live:
+            page = urllib.request.urlopen(live.page).read().decode()
+            assert '"hardware":true' in page
+            run(visit(live))
+            out, _ = live.process.communicate(timeout=60)
+    finally:
+        served.kill()
+        served.wait()
+    report = json.loads(out)
+    assert report["recording"] == str(folder / "oncilla-trot-0.mcap")
+    assert twinrig.read(report["recording"]).notes["at_hardware"] == "true"
+    changed = (folder / "oncilla-trot-0.toml").read_text()
+    ramp = [float(it) for it in re.findall(r'set = "frequency"\nto = "([0-9.]+) Hz"', changed)]
+    assert changed.count("[[change]]") == len(ramp)
+    # Half of the default frequency of 3 Hz in a second, in periods of 2 ms; rounding of a sum.
+    step = 3 * 0.5 * 2e-3
+    steps = [before - after for before, after in zip([2.039, *ramp], ramp, strict=False)]
+    assert (ramp[-1], len(ramp)) == (1.8, math.ceil((2.039 - 1.8) / step))
+    assert all(0 < it <= step * (1 + 1e-9) for it in steps)
 
 
 def test_visitors_neither_stop_nor_grow_it(folder: Path) -> None:

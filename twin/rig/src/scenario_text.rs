@@ -152,6 +152,9 @@ fn set(item: &mut Item, name: &str, keys: &[Key], value: Value) -> Result<(), St
         return Ok(());
     };
     let other = || name.to_owned();
+    if is_only(item, key.get()) && !rest.is_empty() {
+        return set(item, name, rest, value);
+    }
     let inner = if let Some(table) = item.as_table_like_mut() {
         if table.get(key.get()).is_none() {
             // A short table reads better in the line of its key.
@@ -159,11 +162,35 @@ fn set(item: &mut Item, name: &str, keys: &[Key], value: Value) -> Result<(), St
         }
         table.get_mut(key.get())
     } else {
-        let index: usize = key.get().parse().map_err(|_| other())?;
+        let index = index_of(item, key.get()).ok_or_else(other)?;
         append(item, index);
         item.get_mut(index)
     };
     set(inner.ok_or_else(other)?, key.get(), rest, value)
+}
+
+/// Returns the index that a key of a list means: an index, or the name of one element.
+fn index_of(list: &Item, key: &str) -> Option<usize> {
+    key.parse().ok().or_else(|| {
+        let elements = (0..).map_while(|index| list.get(index));
+        let mut named = elements
+            .enumerate()
+            .filter(|(_, it)| name_of(it) == Some(key));
+        let (index, _) = named.next()?;
+        named.next().is_none().then_some(index)
+    })
+}
+
+/// Returns the name of an element of a list: that of a table, or its kind if it has none.
+fn name_of(element: &Item) -> Option<&str> {
+    let text = |key| element.get(key).and_then(Item::as_str);
+    text("name").or_else(|| text("kind"))
+}
+
+/// Returns whether an item is a table in place of a list of one element, whose name is `key`.
+fn is_only(item: &Item, key: &str) -> bool {
+    let has = |key| item.as_table_like().is_some_and(|it| it.contains_key(key));
+    has("kind") && !has(key) && name_of(item) == Some(key)
 }
 
 /// Appends changes to those of a scenario; returns whether that was possible.
@@ -317,6 +344,28 @@ mod tests {
         assert_eq!(written, expected);
         let error = source.with(&[setting("name.first", "1")], &[]).unwrap_err();
         assert!(error.to_string().contains("`name` is no table"), "{error}");
+    }
+
+    /// As in the settings of a run, an element of a list has its index or its name as key.
+    #[test]
+    fn elements_have_names() {
+        let with = |text: &str, key: &str| {
+            let source = ScenarioText {
+                path: Path::new("walk.toml"),
+                text,
+                to: Path::new("best"),
+            };
+            source.with(&[setting(key, "-1")], &[])
+        };
+        let list = "[[bus]]\nkind = \"sbcp\"\n\n[[bus]]\nkind = \"rb110\"\nname = \"arm\"\n";
+        let written = with(list, "bus.arm.limit").unwrap();
+        assert_eq!(written, format!("\n\n{list}limit = -1\n"));
+        let first = "\n\n[[bus]]\nkind = \"sbcp\"\nlimit = -1\n";
+        assert!(with(list, "bus.sbcp.limit").unwrap().starts_with(first));
+        with(list, "bus.rb110.limit").unwrap_err();
+        with(&list.repeat(2), "bus.arm.limit").unwrap_err();
+        let only = with("bus = { kind = \"sbcp\" }\n", "bus.sbcp.limit").unwrap();
+        assert_eq!(only, "\n\nbus = { kind = \"sbcp\" , limit = -1 }\n");
     }
 
     #[test]

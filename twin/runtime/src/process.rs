@@ -101,6 +101,26 @@ pub trait Process: Send {
     }
 }
 
+/// Sets variables in this order, restores the process, and returns the first refusal.
+///
+/// # Errors
+/// The outer error is that of a process that cannot be restored.
+pub fn check_values(
+    process: &mut dyn Process,
+    values: &[(usize, f64)],
+    period: SimDuration,
+) -> Result<Result<(), VariableError>, SnapshotError> {
+    let saved = process.save();
+    let mut values = values.iter();
+    let checked = values.try_for_each(|&(index, value)| {
+        process.set_variable(index, value)?;
+        let variable = process.variables().get(index);
+        variable.map_or(Ok(()), |variable| variable.check_sampled(value, period))
+    });
+    process.restore(&saved)?;
+    Ok(checked)
+}
+
 #[cfg(test)]
 mod tests {
     use twinrig_kernel::Unit;

@@ -10,7 +10,7 @@ use twinrig_kernel::{
 use crate::wiring::{TaskLinks, wire};
 use crate::{
     Change, Observer, PartKind, Process, ProcessVariable, RigError, RunEvent, VariableError,
-    WiringError, in_part,
+    WiringError, check_values, in_part,
 };
 
 /// A process, wired to its tasks, with its signals and pending changes, as used by both executors.
@@ -146,24 +146,15 @@ impl ProcessSlot {
         Ok(())
     }
 
-    /// Sets variables in this order, restores the process, and returns the first refusal. The outer
-    /// error is that of a process that cannot be restored.
+    /// Checks values as [`check_values`] does.
     pub(crate) fn check_values(
         &mut self,
         values: &[(usize, f64)],
         period: SimDuration,
     ) -> Result<Result<(), VariableError>, SnapshotError> {
-        let process = &mut self.process;
+        let process = &mut *self.process;
         in_part(PartKind::Controller, &self.name, || {
-            let saved = process.save();
-            let mut values = values.iter();
-            let checked = values.try_for_each(|&(index, value)| {
-                process.set_variable(index, value)?;
-                let variable = process.variables().get(index);
-                variable.map_or(Ok(()), |variable| variable.check_sampled(value, period))
-            });
-            process.restore(&saved)?;
-            Ok(checked)
+            check_values(process, values, period)
         })
     }
 
@@ -247,7 +238,8 @@ impl ProcessSlot {
         Ok(())
     }
 
-    /// Sets a variable now, unless the process refuses the value, and reports that to the observer.
+    /// Sets a variable now, unless the process refuses the value, and reports that to the observer;
+    /// returns whether it is set.
     pub(crate) fn try_change<O: Observer>(
         &mut self,
         variable: usize,
@@ -255,7 +247,7 @@ impl ProcessSlot {
         period: SimDuration,
         now: SimTime,
         observer: &mut O,
-    ) {
+    ) -> bool {
         let process = &mut self.process;
         let set = in_part(PartKind::Controller, &self.name, || {
             let known = process.variables().get(variable);
@@ -265,6 +257,7 @@ impl ProcessSlot {
         if set.is_ok() {
             observer.event(now, RunEvent::Change { variable, value });
         }
+        set.is_ok()
     }
 
     /// Runs one iteration. A fault of the process ends the run, and so does a non-finite output: in

@@ -79,3 +79,15 @@ pub enum Change {
     /// Adds to the value.
     By(f64),
 }
+
+/// Returns the value of a variable that approaches `target` by `rate` per second at most, a control
+/// period after it was `present`.
+#[must_use]
+pub fn slewed(present: f64, target: f64, rate: f64, period: SimDuration) -> f64 {
+    let step = rate * period.as_secs_f64();
+    if (target - present).abs() <= step {
+        target
+    } else {
+        present + step.copysign(target - present)
+    }
+}

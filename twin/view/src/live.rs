@@ -78,9 +78,14 @@ struct Figure {
     legs: Vec<LiveLeg>,
 }
 
-/// Returns the page of a run that goes on, whose visitors connect to the WebSocket at the port
-/// `socket` of the same host.
-pub fn page(assembly: &Assembly<'_>, socket: u16, figure: Option<LiveFigure>) -> String {
+/// Returns the page of a run that goes on, on `hardware` or in virtual time, whose visitors connect
+/// to the WebSocket at the port `socket` of the same host.
+pub fn page(
+    assembly: &Assembly<'_>,
+    socket: u16,
+    hardware: bool,
+    figure: Option<LiveFigure>,
+) -> String {
     let scenario = assembly.scenario();
     let data = Data {
         socket,
@@ -89,7 +94,7 @@ pub fn page(assembly: &Assembly<'_>, socket: u16, figure: Option<LiveFigure>) ->
         plant: &scenario.plant.model,
         end_s: assembly.end().as_secs_f64(),
         epoch_ns: EPOCH.as_nanos().to_string(),
-        hardware: false,
+        hardware,
         figure: figure.map(|LiveFigure { weight, legs }| Figure {
             weight,
             ground: None,

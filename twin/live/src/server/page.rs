@@ -17,7 +17,8 @@ use tokio::runtime::Runtime;
 use tokio::sync::Semaphore;
 use tokio::task::JoinHandle;
 use twinrig_rig::Assembly;
-use twinrig_runtime::{Group, Rig};
+use twinrig_rig::run::executor::Executor;
+use twinrig_runtime::Group;
 use twinrig_view::live::LivePoses;
 
 /// Number of connections at a time.
@@ -97,9 +98,9 @@ pub(super) fn text(
     assembly: &Assembly<'_>,
     socket: u16,
     poses: Option<&LivePoses>,
-    rig: &Rig,
+    executor: &dyn Executor,
 ) -> String {
-    let zeros = vec![0.0; rig.layout(Group::Plant).len()];
+    let zeros = vec![0.0; executor.layout(Group::Plant).len()];
     let figure = poses.and_then(|poses| poses.figure(&zeros));
-    twinrig_view::live::page(assembly, socket, figure)
+    twinrig_view::live::page(assembly, socket, executor.on_hardware(), figure)
 }

@@ -3,7 +3,8 @@
 use foxglove::FoxgloveError;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_record::Encoder;
-use twinrig_runtime::{Group, Observer, Rig, RunEvent};
+use twinrig_rig::run::executor::Executor;
+use twinrig_runtime::{Group, Observer, RunEvent};
 
 use super::sink::Topics;
 
@@ -27,7 +28,7 @@ impl Published {
 
     pub(super) fn new(
         mut encoder: Encoder<Topics>,
-        rig: &Rig,
+        executor: &dyn Executor,
         description: String,
     ) -> Result<Self, FoxgloveError> {
         encoder.sink().failure()?;
@@ -36,7 +37,7 @@ impl Published {
             due: [SimTime::ZERO; 4],
             description,
             plant: None,
-            values: vec![0.0; rig.layout(Group::Plant).len()],
+            values: vec![0.0; executor.layout(Group::Plant).len()],
         })
     }
 

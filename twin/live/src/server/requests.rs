@@ -17,6 +17,7 @@ use twinrig_record::EPOCH;
 use twinrig_runtime::ProcessVariable;
 
 use crate::control::Control;
+use crate::live_run::LiveRun;
 use crate::request::{Request, SERVICES};
 
 /// Number of requests that wait at most.
@@ -38,11 +39,11 @@ enum Reply {
 }
 
 impl Asked {
-    pub(super) fn reply(self, answered: Result<Value, String>, control: &Control<'_>) {
+    pub(super) fn reply(self, answered: Result<Value, String>, run: &dyn LiveRun) {
         match self.reply {
             Some(Reply::Call(responder)) => responder.respond(answered.map(|it| it.to_string())),
             Some(Reply::Parameters(responder, names)) => {
-                let mut all = parameters(control);
+                let mut all = parameters(run);
                 all.retain(|it| names.contains(&it.name));
                 responder.respond(all);
             }
@@ -95,10 +96,14 @@ impl Requests {
     }
 
     /// Lets visitors see the present values; returns the parameters if they have changed.
-    pub(super) fn show(&self, control: &Control<'_>) -> Option<Vec<Parameter>> {
-        let parameters = parameters(control);
+    pub(super) fn show(
+        &self,
+        run: &dyn LiveRun,
+        playback: Option<&PlaybackState>,
+    ) -> Option<Vec<Parameter>> {
+        let parameters = parameters(run);
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.playback = Some(playback(control));
+        seen.playback = playback.cloned();
         let is_new = seen.parameters != parameters;
         seen.parameters.clone_from(&parameters);
         is_new.then_some(parameters)
@@ -127,12 +132,11 @@ pub(super) fn playback(control: &Control<'_>) -> PlaybackState {
 const ABOUT: &str = ".about";
 
 /// Returns the values that the process variables are to have, with their ranges and units.
-fn parameters(control: &Control<'_>) -> Vec<Parameter> {
-    let session = control.session();
-    let variables = session.variables().iter().enumerate();
+fn parameters(run: &dyn LiveRun) -> Vec<Parameter> {
+    let variables = run.variables().iter().enumerate();
     let parameter = |(index, variable): (usize, &ProcessVariable)| {
         let name = variable.name();
-        let value = session.target(index).unwrap_or_else(|| variable.value());
+        let value = run.target(index).unwrap_or_else(|| variable.value());
         let unit = match variable.unit() {
             Unit::One => "",
             unit => unit.symbol(),

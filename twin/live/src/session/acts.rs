@@ -1,11 +1,12 @@
 //! Changes of process variables: what they are to be, and the acts of a branch that let them be so.
 
-use twinrig_kernel::{SimTime, near_misses};
-use twinrig_runtime::{Change, RigError};
+use twinrig_kernel::SimTime;
+use twinrig_runtime::{Change, RigError, slewed};
 
 use super::{Ended, Session, next_multiple};
 use crate::branch::{Act, Branch, Target};
 use crate::error::LiveError;
+use crate::live_run::{check_slew, index_of};
 
 impl Session<'_> {
     /// Lets a variable of the controller have a value from the next control step on. With `slew`,
@@ -25,30 +26,15 @@ impl Session<'_> {
     pub fn set_all(&mut self, values: &[(&str, f64, Option<f64>)]) -> Result<(), LiveError> {
         let mut targets = Vec::new();
         for &(variable, value, slew) in values {
-            if let Some(rate) = slew
-                && !(rate > 0.0 && rate.is_finite())
-            {
-                let why = format!("a rate of {rate} is not above 0");
-                return Err(LiveError::Refused(why));
-            }
-            targets.push((self.index_of(variable)?, Target { value, slew }));
+            check_slew(slew)?;
+            let names = self.variables.iter().map(|(name, _)| name.as_str());
+            targets.push((index_of(variable, names)?, Target { value, slew }));
         }
         let values = targets.iter().map(|(index, target)| (*index, target.value));
         let checked = self.rig.check_values(&values.collect::<Vec<_>>());
         checked.map_err(|error| LiveError::Refused(refusal(error)))?;
         self.targets.extend(targets);
         Ok(())
-    }
-
-    fn index_of(&self, variable: &str) -> Result<usize, LiveError> {
-        let names = || self.variables.iter().map(|(name, _)| name.as_str());
-        names().position(|name| name == variable).ok_or_else(|| {
-            let near = near_misses(variable, names()).into_iter();
-            LiveError::NoSuchVariable {
-                name: variable.to_owned(),
-                near: near.map(str::to_owned).collect(),
-            }
-        })
     }
 
     /// Returns the value that a variable is to have, by its index.
@@ -100,15 +86,12 @@ impl Session<'_> {
             {
                 continue;
             }
-            let step = target
-                .slew
-                .map_or(f64::INFINITY, |rate| rate * period.as_secs_f64());
-            let value = if (target.value - present).abs() <= step {
+            let value = target.slew.map_or(target.value, |rate| {
+                slewed(present, target.value, rate, period)
+            });
+            if value.to_bits() == target.value.to_bits() {
                 self.targets.remove(&variable);
-                target.value
-            } else {
-                present + step.copysign(target.value - present)
-            };
+            }
             let act = Act {
                 made: self.now,
                 at,

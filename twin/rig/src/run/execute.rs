@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::report::Report;
 use crate::run::course::{Course, run};
 use crate::run::execution::Execution;
-use crate::run::hardware;
+use crate::run::hardware::HardwareRun;
 use crate::run::judging::{observers, reference, report};
 use crate::run::observers::{PolledOnly, RunObserver, RunProgress};
 use crate::run::recording::recorder;
@@ -30,13 +30,7 @@ pub fn execute_observed(
         let ran = execute_saving(assembly, execution, end, None, Some(caller));
         return ran.map(|(report, _)| report);
     }
-    if assembly.scenario().ensemble.is_some() {
-        return Err(Error::InvalidOptions {
-            why: "an `ensemble` has no runs on hardware".to_owned(),
-            help: "remove `ensemble` from the scenario, or run without --port".to_owned(),
-        });
-    }
-    hardware::execute(assembly, execution, caller)
+    HardwareRun::new(assembly, execution.clone())?.run(caller)
 }
 
 /// Executes a run in virtual time, up to `end` at most.

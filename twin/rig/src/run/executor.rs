@@ -12,8 +12,8 @@ pub trait Executor {
     fn traces(&self) -> &[String];
     /// Returns the names of the tasks.
     fn tasks(&self) -> Vec<String>;
-    /// Returns the names of the process variables.
-    fn variables(&self) -> Vec<String>;
+    /// Returns the process.
+    fn process(&self) -> &dyn Process;
     /// Returns whether boards and plant are hardware, so that the run cannot be replayed.
     fn on_hardware(&self) -> bool;
     /// Returns the time at which the plant was exchanged, so that the run cannot be replayed from
@@ -21,13 +21,6 @@ pub trait Executor {
     fn exchanged(&self) -> Option<SimTime> {
         None
     }
-}
-
-fn variables(process: &dyn Process) -> Vec<String> {
-    let variables = process.variables().iter();
-    variables
-        .map(|variable| variable.name().to_owned())
-        .collect()
 }
 
 impl Executor for Rig {
@@ -40,8 +33,8 @@ impl Executor for Rig {
     fn tasks(&self) -> Vec<String> {
         self.task_names().map(str::to_owned).collect()
     }
-    fn variables(&self) -> Vec<String> {
-        variables(self.process())
+    fn process(&self) -> &dyn Process {
+        self.process()
     }
     fn on_hardware(&self) -> bool {
         false
@@ -61,8 +54,8 @@ impl Executor for RealTimeRig {
     fn tasks(&self) -> Vec<String> {
         self.task_names().map(str::to_owned).collect()
     }
-    fn variables(&self) -> Vec<String> {
-        variables(self.process())
+    fn process(&self) -> &dyn Process {
+        self.process()
     }
     fn on_hardware(&self) -> bool {
         true

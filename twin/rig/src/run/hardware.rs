@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use twinrig_kernel::{Port, SimTime};
-use twinrig_runtime::real_time::{EndReason, RealTimeReport, RealTimeRig};
+use twinrig_runtime::real_time::{EndReason, RealTimeReport, RealTimeRig, Steering};
 use twinrig_runtime::{Device, DeviceError, Driver, Group, Observer, RigError, RunEvent};
 use twinrig_scenario::{BusSpec, Scenario};
 use twinrig_wire::SerialPort;
@@ -23,69 +23,114 @@ use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder;
 use twinrig_kernel::signal::folded;
 
-/// Runs the controller of `assembly` and the drivers of its buses in real time, on the devices
-/// given in `execution`.
-///
-/// # Errors
-/// [`Error`] if the run cannot start: a bus without a device, a device that cannot be opened, a
-/// signal that no bus carries. A run that starts and fails is reported in the [`Report`].
-pub(crate) fn execute(
-    assembly: &Assembly<'_>,
-    execution: &Execution,
-    caller: &mut dyn RunObserver,
-) -> Result<Report, Error> {
-    let PreparedRig { rig, mut notes } = prepare(assembly, &execution.ports)?;
-    let recorder = recorder(assembly, &rig, execution)?;
-    let scenario = assembly.scenario();
-    for note in &notes {
-        caller.note(note);
+/// A run on hardware that can begin: its devices are open.
+pub struct HardwareRun<'a> {
+    assembly: &'a Assembly<'a>,
+    execution: Execution,
+    rig: RealTimeRig,
+    /// Impairments of the timing, with remedies.
+    notes: Vec<String>,
+}
+
+impl<'a> HardwareRun<'a> {
+    /// Builds the controller of `assembly` and the drivers of its buses, on the devices given in
+    /// `execution`.
+    ///
+    /// # Errors
+    /// [`Error`]: a bus without a device, a device that cannot be opened, a signal that no bus
+    /// carries.
+    pub fn new(assembly: &'a Assembly<'a>, execution: Execution) -> Result<Self, Error> {
+        if assembly.scenario().ensemble.is_some() {
+            return Err(Error::InvalidOptions {
+                why: "an `ensemble` has no runs on hardware".to_owned(),
+                help: "remove `ensemble` from the scenario, or run without --port".to_owned(),
+            });
+        }
+        let (rig, notes) = prepare(assembly, &execution.ports)?;
+        Ok(Self {
+            assembly,
+            execution,
+            rig,
+            notes,
+        })
     }
-    let mut observer = TimingObserver {
-        observers: RunObservers::new(judge(assembly, &rig), recorder)
-            .with_tracking(tracking(assembly, &rig))
-            .with_tasks(&rig)
-            .with_caller(Some(caller), &rig),
-        progress: RunProgress {
-            title: &scenario.name,
-            now: SimTime::ZERO,
-            end: assembly.end(),
-        },
-    };
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "the report contains the wall time"
-    )]
-    let started = Instant::now();
-    let (ended, times) = rig.run(
-        Some(scenario.duration),
-        &mut observer,
-        interrupt::hardware_flag(),
-    );
-    let wall_s = started.elapsed().as_secs_f64();
-    let TimingObserver {
-        observers,
-        progress: RunProgress { now: reached, .. },
-    } = observer;
-    let (reached, error) = match ended {
-        Ok(EndReason::Duration) => (assembly.end(), too_slow(&times)),
-        Ok(EndReason::Stopped | EndReason::HungUp) => (reached, Some(interrupt::message(reached))),
-        Err(error) => (reached, Some(failure(assembly, &execution.ports, error))),
-    };
-    let course = Course {
-        reached,
-        wall_s,
-        error,
-        simulated: false,
-        plant: None,
-        buses: times.buses.clone(),
-        limits: Vec::new(),
-    };
-    let mut report = report(assembly, execution, observers, course);
-    if report.verdict != Status::Pass {
-        notes.extend(lateness(&times));
+
+    /// Returns the rig, for its layouts, names and variables.
+    pub fn rig(&self) -> &RealTimeRig {
+        &self.rig
     }
-    report.real_time = Some(RealTime { times, notes });
-    Ok(report)
+
+    /// Returns the sending end of changes made while the run goes on, in place of an earlier one.
+    pub fn steering(&mut self) -> Steering {
+        self.rig.steering()
+    }
+
+    /// Runs in real time.
+    ///
+    /// # Errors
+    /// [`Error`] if the recording cannot be created. A run that starts and fails is reported in the
+    /// [`Report`].
+    pub fn run(self, caller: &mut dyn RunObserver) -> Result<Report, Error> {
+        let Self {
+            assembly,
+            execution,
+            rig,
+            mut notes,
+        } = self;
+        let recorder = recorder(assembly, &rig, &execution)?;
+        let scenario = assembly.scenario();
+        for note in &notes {
+            caller.note(note);
+        }
+        let mut observer = TimingObserver {
+            observers: RunObservers::new(judge(assembly, &rig), recorder)
+                .with_tracking(tracking(assembly, &rig))
+                .with_tasks(&rig)
+                .with_caller(Some(caller), &rig),
+            progress: RunProgress {
+                title: &scenario.name,
+                now: SimTime::ZERO,
+                end: assembly.end(),
+            },
+        };
+        #[expect(
+            clippy::disallowed_methods,
+            reason = "the report contains the wall time"
+        )]
+        let started = Instant::now();
+        let (ended, times) = rig.run(
+            Some(scenario.duration),
+            &mut observer,
+            interrupt::hardware_flag(),
+        );
+        let wall_s = started.elapsed().as_secs_f64();
+        let TimingObserver {
+            observers,
+            progress: RunProgress { now: reached, .. },
+        } = observer;
+        let (reached, error) = match ended {
+            Ok(EndReason::Duration) => (assembly.end(), too_slow(&times)),
+            Ok(EndReason::Stopped | EndReason::HungUp) => {
+                (reached, Some(interrupt::message(reached)))
+            }
+            Err(error) => (reached, Some(failure(assembly, &execution.ports, error))),
+        };
+        let course = Course {
+            reached,
+            wall_s,
+            error,
+            simulated: false,
+            plant: None,
+            buses: times.buses.clone(),
+            limits: Vec::new(),
+        };
+        let mut report = report(assembly, &execution, observers, course);
+        if report.verdict != Status::Pass {
+            notes.extend(lateness(&times));
+        }
+        report.real_time = Some(RealTime { times, notes });
+        Ok(report)
+    }
 }
 
 /// Returns the error of a completed run with lost records, which makes its results invalid.
@@ -150,15 +195,12 @@ fn failure(assembly: &Assembly<'_>, ports: &[(String, PathBuf)], error: RigError
 /// slow controller is in no hurry.
 const TRANSFER_PERIODS_MAX: u64 = 100;
 
-/// Rig that is ready to run.
-struct PreparedRig {
-    rig: RealTimeRig,
-    /// Impairments of the timing, with remedies.
-    notes: Vec<String>,
-}
-
-/// Builds the process and the drivers and opens their devices.
-fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<PreparedRig, Error> {
+/// Builds the process and the drivers and opens their devices; also returns the impairments of the
+/// timing, with remedies.
+fn prepare(
+    assembly: &Assembly<'_>,
+    ports: &[(String, PathBuf)],
+) -> Result<(RealTimeRig, Vec<String>), Error> {
     check_places(assembly.scenario(), ports)?;
     let BuiltParts { process, buses, .. } = assembly.parts()?;
     let mut notes = Vec::new();
@@ -191,7 +233,7 @@ fn prepare(assembly: &Assembly<'_>, ports: &[(String, PathBuf)]) -> Result<Prepa
     let limits = &mut rig.options.limits;
     limits.transfer = limits.transfer.max(transfer_max);
     notes.extend(rig.options.privileges.prepare());
-    Ok(PreparedRig { rig, notes })
+    Ok((rig, notes))
 }
 
 /// Returns a note on the modelled sensors, in whose place the robot has real ones: their readings

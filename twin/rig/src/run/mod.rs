@@ -4,7 +4,7 @@ pub mod continuation;
 pub mod course;
 pub mod execute;
 pub mod execution;
-pub(crate) mod executor;
+pub mod executor;
 pub mod hardware;
 pub mod interrupt;
 pub mod judging;

@@ -23,6 +23,11 @@ pub trait RunObserver {
         let _ = (now, group, values);
     }
 
+    /// Receives an event at `now`.
+    fn event(&mut self, now: SimTime, event: RunEvent) {
+        let _ = (now, event);
+    }
+
     /// Receives a footstep after its lift-off, once its end is certain; its leg is an index into
     /// [`RunLayouts::legs`].
     fn footstep(&mut self, footstep: &Footstep) {
@@ -283,6 +288,9 @@ impl<W: Write> Observer for RunObservers<'_, W> {
         }
         if let Some(recorder) = &mut self.recorder {
             Observer::event(recorder, now, event);
+        }
+        if let Some(caller) = &mut self.caller {
+            caller.event(now, event);
         }
     }
 

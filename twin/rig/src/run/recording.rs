@@ -10,7 +10,7 @@ use twinrig_record::{
 };
 use twinrig_robot::Leg;
 use twinrig_robot::leg::{Joints, Pantograph};
-use twinrig_runtime::{Group, Rig};
+use twinrig_runtime::Group;
 use twinrig_scenario::Setting;
 
 use crate::assembly::Assembly;
@@ -113,19 +113,19 @@ pub(crate) fn recorder_of<W: Write>(
     Recorder::new(out, &info, &groups, &assembly.skeleton(), cadence)
 }
 
-/// Creates the encoder of a run in virtual time with all its signals, whose messages `sink`
-/// receives; frames are `frames` apart.
+/// Creates the encoder of a run with all its signals, whose messages `sink` receives; frames are
+/// `frames` apart.
 ///
 /// # Errors
 /// As [`Encoder::new`].
 pub fn encoder<S: Sink>(
     assembly: &Assembly<'_>,
-    rig: &Rig,
+    executor: &dyn Executor,
     frames: SimDuration,
     sink: S,
 ) -> Result<Encoder<S>, RecordError> {
-    let info = info(assembly, rig, false);
-    let groups = groups(rig, &|_| true);
+    let info = info(assembly, executor, false);
+    let groups = groups(executor, &|_| true);
     Encoder::new(sink, &info, &groups, &assembly.skeleton(), Some(frames))
 }
 
@@ -172,6 +172,7 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor, bytes: bool) -> RunInf
     let on_hardware = executor
         .on_hardware()
         .then(|| (HARDWARE_NOTE, "true".to_owned()));
+    let variables = executor.process().variables().iter();
     let exchanged = executor.exchanged();
     let exchanged = exchanged.map(|at| (EXCHANGED_NOTE, seconds(at.as_nanos()).to_string()));
     RunInfo {
@@ -186,7 +187,9 @@ fn info(assembly: &Assembly<'_>, executor: &dyn Executor, bytes: bool) -> RunInf
             .collect(),
         description: description(assembly),
         tasks: executor.tasks(),
-        variables: executor.variables(),
+        variables: variables
+            .map(|variable| variable.name().to_owned())
+            .collect(),
         traces: if bytes {
             executor.traces().to_vec()
         } else {

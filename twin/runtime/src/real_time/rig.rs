@@ -110,7 +110,7 @@ impl RealTimeRig {
 
     /// Returns the sending end of changes made while the run goes on, in place of an earlier one.
     pub fn steering(&mut self) -> Steering {
-        let (steering, steered) = steering();
+        let (steering, steered) = steering(self.process().variables().len());
         self.scheduler.steered = Some(steered);
         steering
     }

@@ -29,9 +29,6 @@ pub(super) trait Tasks {
     fn begin(&mut self, task: usize, now: HostTime, from_process: &[f64]);
 }
 
-/// Number of sent changes that a control step takes at most.
-const STEERED_MOST: usize = 64;
-
 /// Report of a task.
 pub(super) struct Report<'a> {
     pub(super) task: usize,
@@ -290,11 +287,8 @@ impl RealTimeScheduler {
         }
         self.report.iterations += 1;
         self.slot.apply_changes(scheduled, now, observer)?;
-        let steered = self.steered.iter_mut();
-        let steered = steered.flat_map(|it| std::iter::from_fn(|| it.pop().ok()));
-        for (variable, value) in steered.take(STEERED_MOST) {
-            self.slot
-                .try_change(variable, value, self.period, now, observer);
+        if let Some(steered) = &mut self.steered {
+            steered.apply(&mut self.slot, self.period, now, observer);
         }
         for n in 0..self.tasks.len() {
             if self.manager.takes_part(n) {

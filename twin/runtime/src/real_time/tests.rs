@@ -292,7 +292,7 @@ fn run_steered(
             .collect(),
     );
     let mut log = Log::default();
-    let (mut sender, steered) = steering();
+    let (mut sender, steered) = steering(scheduler.slot.process.variables().len());
     scheduler.steered = Some(steered);
     scheduler.begin_at(HostTime::default());
     let mut step = 0;
@@ -377,9 +377,9 @@ fn sent_changes_are_those_of_the_next_control_step() {
             7 => &[f64::NAN, -1.0, 1.5],
             _ => &[],
         };
-        assert!(values.iter().all(|value| steering.set(0, *value)));
+        assert!(values.iter().all(|value| steering.set(0, *value, None)));
         assert!(
-            step != 8 || steering.set(1, 0.0),
+            step != 8 || steering.set(1, 0.0, None),
             "there is no such variable"
         );
     });
@@ -394,13 +394,48 @@ fn sent_changes_are_those_of_the_next_control_step() {
     assert_eq!(real.0, model.0);
 }
 
+/// A change with a limited rate is one step at each control step, up to its value or to a later
+/// change of the variable.
+#[test]
+fn slewed_changes_are_steps_of_the_control_steps() {
+    let case = regular();
+    let (_, real) = run_steered(&case, &ManualClock::default(), |step, steering| {
+        let sent = match step {
+            // 0.1 in each period of 0.1 ms.
+            1 => steering.set(0, 0.25, Some(1000.0)),
+            6 => steering.set(0, -1.0, Some(1000.0)),
+            8 => steering.set(0, 1.0, None),
+            _ => true,
+        };
+        assert!(sent);
+    });
+    let changes = real.0.iter().filter_map(|(at, record)| match record {
+        Record::Event(RunEvent::Change { value, .. }) => Some((at.as_nanos() / 100_000, *value)),
+        _ => None,
+    });
+    let expected = [
+        (1, 0.1),
+        (2, 0.2),
+        (3, 0.25),
+        (6, 0.15),
+        (7, 0.05),
+        (8, 1.0),
+    ];
+    let changes: Vec<(u64, f64)> = changes.collect();
+    assert_eq!(changes.len(), expected.len(), "{changes:?}");
+    for (found, expected) in changes.iter().zip(expected) {
+        let error = (found.1 - expected.1).abs();
+        // Sums of tenths, rounded.
+        assert!(found.0 == expected.0 && error < 1e-12, "{changes:?}");
+    }
+}
+
 #[test]
 fn changes_that_nobody_takes_are_refused_when_there_is_no_room() {
-    let (mut sender, mut steered) = steering();
-    let sent = (0..1000).take_while(|_| sender.set(0, 1.0)).count();
-    assert!(sent >= 100 && !sender.set(0, 2.0));
-    assert_eq!(steered.pop(), Ok((0, 1.0)));
-    assert!(sender.set(0, 2.0));
+    let (mut sender, _steered) = steering(1);
+    let sent = (0..1000).take_while(|_| sender.set(0, 1.0, None)).count();
+    assert!((100..1000).contains(&sent));
+    assert!(!sender.set(0, 2.0, None));
 }
 
 #[test]
