@@ -37,7 +37,7 @@ pub use completions::{CompletionsArgs, ManArgs};
 pub use doctor::DoctorArgs;
 pub use draw::DrawArgs;
 pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
-pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, UrdfArgs};
+pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, RecordedArgs, UrdfArgs};
 pub use import::{ImportArgs, ImportCommand, ImportFileArgs};
 pub use list::ListArgs;
 pub use new::{NewArgs, NewKind};

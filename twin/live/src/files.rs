@@ -33,6 +33,7 @@ impl Files {
     }
 
     /// Returns the path of the recording of a session on hardware.
+    #[cfg(feature = "server")]
     pub(crate) fn recording(&self) -> PathBuf {
         self.path(0, "mcap")
     }

@@ -35,7 +35,14 @@ struct HardwareRun<'a> {
     targets: BTreeMap<usize, f64>,
     /// Changes that were made, but for those of the scenario.
     acts: Vec<Act>,
+    /// Outcomes so far, as of the time from which they are taken again.
+    outcomes: Vec<Outcome>,
+    judged_next: SimTime,
 }
+
+/// Time between two judgements of the run so far: they take time from the processors that transfers
+/// need as well.
+const JUDGED: SimDuration = SimDuration::from_secs(1);
 
 impl LiveRun for HardwareRun<'_> {
     fn name(&self) -> &str {
@@ -58,13 +65,7 @@ impl LiveRun for HardwareRun<'_> {
         self.tasks.get(index).map_or("", String::as_str)
     }
     fn outcomes(&self) -> Vec<Outcome> {
-        self.watch.outcomes(&RunEnd {
-            at: self.now,
-            energy: None,
-            work: None,
-            real_time_factor: None,
-            buses: &[],
-        })
+        self.outcomes.clone()
     }
     fn set_all(&mut self, values: Targets<'_>) -> Result<(), LiveError> {
         let mut indices = Vec::new();
@@ -164,6 +165,8 @@ impl<'a> HardwareControl<'a> {
             steering,
             targets: BTreeMap::new(),
             acts: Vec::new(),
+            outcomes: Vec::new(),
+            judged_next: SimTime::ZERO,
             assembly,
         };
         Ok(Self {
@@ -175,6 +178,7 @@ impl<'a> HardwareControl<'a> {
         })
     }
 
+    #[cfg(feature = "server")]
     pub(crate) fn run(&self) -> &dyn LiveRun {
         &self.run
     }
@@ -191,7 +195,8 @@ impl<'a> HardwareControl<'a> {
     }
 
     /// Returns what visitors see, apart from signals.
-    pub fn state(&self) -> Value {
+    pub fn state(&mut self) -> Value {
+        self.judge();
         let mut state = self.tuning.state(&self.run);
         let own = json!({
             "status": "playing",
@@ -204,6 +209,22 @@ impl<'a> HardwareControl<'a> {
         });
         live_run::extend(&mut state, own);
         state
+    }
+
+    /// Judges the run so far, if that is due.
+    fn judge(&mut self) {
+        let run = &mut self.run;
+        if run.now < run.judged_next {
+            return;
+        }
+        run.judged_next = run.now + JUDGED;
+        run.outcomes = run.watch.outcomes(&RunEnd {
+            at: run.now,
+            energy: None,
+            work: None,
+            real_time_factor: None,
+            buses: &[],
+        });
     }
 
     /// Receives the values of a group, and passes them on.

@@ -64,7 +64,7 @@ impl<F: FnOnce(&mut HardwareControl<'_>)> RunObserver for Visit<'_, F> {
 fn run<F: FnOnce(&mut HardwareControl<'_>)>(
     name: &str,
     visit: F,
-    check: impl FnOnce(&HardwareControl<'_>, &[(SimTime, usize, f64)], &Path),
+    check: impl FnOnce(&mut HardwareControl<'_>, &[(SimTime, usize, f64)], &Path),
 ) {
     let registry = Registry::standard();
     let builder = Assembly::builder(&registry);
@@ -82,7 +82,7 @@ fn run<F: FnOnce(&mut HardwareControl<'_>)>(
     assert_eq!(report.error, None);
     let (of_scenario, by_visitors) = visit.changes.split_first().unwrap();
     assert_eq!(of_scenario.2, 0.142);
-    check(&visit.control, by_visitors, folder.path());
+    check(&mut visit.control, by_visitors, folder.path());
 }
 
 /// A jump of a slider is a sequence of small steps, which the recording and the scenario of the

@@ -5,6 +5,7 @@ from __future__ import annotations
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 import twinrig
 from twinrig import _toml
@@ -90,6 +91,31 @@ def test_every_other_command_is_a_function_call(folder: Path) -> None:
     assert twinrig.command("replay", run.recording, json=True)
     text = twinrig.command("run", STAND, no_record=True, set={"duration": "100 ms"})
     assert "0.1 s simulated" in text or "100 ms simulated" in text
+
+
+def test_exported_signals_are_those_of_the_recording(folder: Path) -> None:
+    """NumPy reads each array and each number of the text as its bits."""
+    recording = twinrig.run(STAND, record=folder).recording
+    assert recording is not None
+    twinrig.command("export", "csv", recording, out=folder / "tables")
+    twinrig.command("export", "npz", recording, out=folder / "all.npz")
+    groups = twinrig.read(recording).signals.groups
+    with np.load(folder / "all.npz") as archive:
+        arrays = dict(archive)
+    count = 0
+    for name, group in groups.items():
+        assert np.array_equal(arrays.pop(f"{name}/time"), group.time)
+        for one in group:
+            assert np.array_equal(arrays.pop(f"{name}/{one}"), group[one], equal_nan=True)
+            count += 1
+        path = folder / f"tables/{recording.stem}-{name}.csv"
+        heads, *_ = path.read_text().splitlines()
+        matrix = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+        assert np.array_equal(matrix[:, 0], group.time)
+        assert np.array_equal(matrix[:, 1:], group.matrix, equal_nan=True)
+        assert len(heads.split(",")) == matrix.shape[1]
+    assert not arrays and count > 20
+    assert "body/position.0 [m]" in (folder / f"tables/{recording.stem}-plant.csv").read_text()
 
 
 def test_package_contains_the_library_of_exported_fmus(folder: Path) -> None:

@@ -33,6 +33,24 @@ def test_results_are_tables(folder: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert ["verdict", "undecided", "3 of 3"] == cells(sweep._repr_html_())[1][:3]
 
 
+def test_page_is_a_frame(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The frame has the whole page as its text; a run without a recording has none."""
+    monkeypatch.chdir(folder)
+    run = twinrig.run(STAND, record=folder)
+    page = twinrig.page(run)
+    assert page.path == (run.recording or folder).with_suffix(".html")
+    (frame,) = Xml.fromstring(f"<body>{page._repr_html_()}</body>").iter("iframe")
+    # A parser of XML reads a line break in an attribute as a blank.
+    text = page.path.read_text(encoding="utf-8")
+    assert (frame.get("srcdoc") or "").split() == text.split()
+    other = twinrig.page(twinrig.read(run.recording or ""), out=folder / "other.html")
+    assert other.path.read_text(encoding="utf-8") == text
+    with pytest.raises(ValueError, match="has no recording"):
+        twinrig.page(twinrig.run(STAND))
+    with pytest.raises(twinrig.RecordingError):
+        twinrig.page(folder / "none.mcap")
+
+
 def test_rigs_show_their_variables() -> None:
     with twinrig.Rig("scenarios/trot.toml") as rig:
         rows = cells(rig._repr_html_())

@@ -31,6 +31,22 @@ pub enum ExportCommand {
     /// The FMU contains the library libtwinrig_fmu.so, the scenario and its robot, and needs
     /// neither this program nor the files from which it was made.
     Fmu(FmuArgs),
+    /// CSV, tables of text: the signals of a recording, a file for each of its groups of signals
+    Csv(RecordedArgs),
+    /// NPZ, the archive of NumPy: the signals of a recording as arrays GROUP/SIGNAL, with the times
+    /// GROUP/time
+    Npz(RecordedArgs),
+}
+
+/// Arguments of `twin export csv` and `twin export npz`.
+#[derive(Clone, Debug, Args)]
+pub struct RecordedArgs {
+    /// Recording
+    pub recording: PathBuf,
+    /// Write to this folder (CSV) or file (NPZ) instead of NAME-GROUP.csv or NAME.npz in the present
+    /// folder, with the name of the recording
+    #[arg(long, value_name = "PATH")]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `twin export fmu`.

@@ -1,4 +1,6 @@
-//! Command `twin export`: robots and scenarios for other programs.
+//! Command `twin export`: robots, scenarios and recordings for other programs.
+
+mod recorded;
 
 use std::path::{Path, PathBuf};
 
@@ -17,6 +19,8 @@ pub(super) fn export(registry: &Registry, args: &ExportArgs, terminal: &mut Term
     let written = match &args.language {
         ExportCommand::Mjcf(args) => mjcf(args, terminal),
         ExportCommand::Urdf(args) => export_urdf(args, terminal),
+        ExportCommand::Csv(args) => recorded::csv(args, terminal),
+        ExportCommand::Npz(args) => recorded::npz(args, terminal),
         ExportCommand::Fmu(args) => {
             let file = args.scenario.display().to_string();
             guarded(&file, || export_fmu(registry, args, terminal))

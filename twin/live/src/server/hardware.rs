@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use twinrig_kernel::SimTime;
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_rig::run::hardware::HardwareRun;
 use twinrig_rig::run::recording::{description, encoder};
 use twinrig_rig::{Assembly, Execution, Report, RunObserver, RunProgress};
@@ -12,13 +12,17 @@ use twinrig_runtime::{Group, RunEvent};
 
 use super::published::Published;
 use super::sink::Topics;
-use super::visitors::{TICK, Visitors, clock};
+use super::visitors::{Shown, TICK, Visitors, clock};
 use super::{Options, Places, ServeError};
 use crate::files::Files;
 use crate::hardware::HardwareControl;
 
 /// Number of requests that are carried out between two looks at the clock at most.
 const REQUESTS: usize = 64;
+
+/// Time between two samples of a group, as a screen shows them: each message takes time from the
+/// processors that transfers need as well.
+const SAMPLES: SimDuration = SimDuration::from_millis(20);
 
 /// A run on hardware that is served while it goes on.
 pub struct HardwareServer<'a> {
@@ -51,7 +55,7 @@ impl<'a> HardwareServer<'a> {
         let visitors = Visitors::new(assembly, rig, options, None)?;
         let topics = Topics::new(visitors.context());
         let published = encoder(assembly, rig, Published::FRAMES, topics)?;
-        let published = Published::new(published, rig, description(assembly))?;
+        let published = Published::new(published, rig, description(assembly), SAMPLES)?;
         Ok(Self {
             run,
             control,
@@ -119,10 +123,15 @@ impl Served<'_, '_> {
             let answered = control.handle(&asked.request);
             asked.reply(answered, control.run());
         }
-        visitors.show(control.run(), published, None);
+        visitors.show(control.run().now(), published);
         if visitors.is_due(control.changes) {
-            let now = control.run().now();
-            visitors.show_state(now, control.changes, published, || control.state());
+            let state = visitors.is_watched().then(|| control.state());
+            let shown = Shown {
+                run: control.run(),
+                changes: control.changes,
+                playback: None,
+            };
+            visitors.show_state(shown, published, state.as_ref());
         }
     }
 }

@@ -11,6 +11,8 @@ use super::sink::Topics;
 /// Observer that publishes samples and events.
 pub(super) struct Published {
     encoder: Encoder<Topics>,
+    /// Simulated time between two samples of a group.
+    period: SimDuration,
     /// Time from which the next sample of each group is published.
     due: [SimTime; 4],
     /// The robot as URDF.
@@ -23,17 +25,19 @@ pub(super) struct Published {
 impl Published {
     /// Simulated time between two sets of coordinate frames.
     pub(super) const FRAMES: SimDuration = SimDuration::from_millis(20);
-    /// Simulated time between two samples of a group.
-    const SAMPLES: SimDuration = SimDuration::from_millis(5);
+    /// Simulated time between two samples of a group in virtual time.
+    pub(super) const SAMPLES: SimDuration = SimDuration::from_millis(5);
 
     pub(super) fn new(
         mut encoder: Encoder<Topics>,
         executor: &dyn Executor,
         description: String,
+        period: SimDuration,
     ) -> Result<Self, FoxgloveError> {
         encoder.sink().failure()?;
         Ok(Self {
             encoder,
+            period,
             due: [SimTime::ZERO; 4],
             description,
             plant: None,
@@ -66,7 +70,7 @@ impl Observer for Published {
         }
         let due = &mut self.due[group as usize];
         if now >= *due {
-            *due = now + Self::SAMPLES;
+            *due = now + self.period;
             self.encoder.sample(now, group, values);
         }
     }

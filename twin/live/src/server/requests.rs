@@ -99,11 +99,11 @@ impl Requests {
     pub(super) fn show(
         &self,
         run: &dyn LiveRun,
-        playback: Option<&PlaybackState>,
+        playback: Option<PlaybackState>,
     ) -> Option<Vec<Parameter>> {
         let parameters = parameters(run);
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.playback = playback.cloned();
+        seen.playback = playback;
         let is_new = seen.parameters != parameters;
         seen.parameters.clone_from(&parameters);
         is_new.then_some(parameters)

@@ -10,7 +10,7 @@ use twinrig_runtime::interrupt;
 use super::published::Published;
 use super::requests::{Asked, playback};
 use super::sink::Topics;
-use super::visitors::{TICK, Visitors, clock};
+use super::visitors::{Shown, TICK, Visitors, clock};
 use super::{Options, Places, ServeError};
 use crate::control::Control;
 use crate::session::Session;
@@ -40,7 +40,8 @@ impl<'a> Server<'a> {
         let visitors = Visitors::new(assembly, session.rig(), options, end)?;
         let topics = Topics::new(visitors.context());
         let published = encoder(assembly, session.rig(), Published::FRAMES, topics)?;
-        let published = Published::new(published, session.rig(), description(assembly))?;
+        let description = description(assembly);
+        let published = Published::new(published, session.rig(), description, Published::SAMPLES)?;
         let mut control = Control::new(session, &options.folder);
         control.begin(options.speed, options.paused);
         Ok(Self {
@@ -141,9 +142,8 @@ impl<'a> Server<'a> {
 
     /// Publishes what visitors see, where it is due.
     fn show(&mut self, note: &mut dyn FnMut(&str)) {
-        let playing = playback(&self.control);
         let session = self.control.session();
-        self.visitors.show(session, &self.published, Some(&playing));
+        self.visitors.show(session.now(), &self.published);
         if !self.visitors.is_due(self.control.changes) {
             return;
         }
@@ -158,10 +158,15 @@ impl<'a> Server<'a> {
                 self.control.note(why);
             }
         }
-        let now = self.control.session().now();
-        let changes = self.control.changes;
-        self.visitors
-            .show_state(now, changes, &mut self.published, || self.control.state());
-        self.visitors.show_playback(playback(&self.control));
+        let (control, published) = (&self.control, &mut self.published);
+        let playback = playback(control);
+        self.visitors.show_playback(playback.clone());
+        let shown = Shown {
+            run: control.session(),
+            changes: control.changes,
+            playback: Some(playback),
+        };
+        let state = self.visitors.is_watched().then(|| control.state());
+        self.visitors.show_state(shown, published, state.as_ref());
     }
 }

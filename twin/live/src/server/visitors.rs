@@ -48,6 +48,14 @@ pub(super) struct Visitors {
     _runtime: Runtime,
 }
 
+/// A run of which visitors are shown the state.
+pub(super) struct Shown<'r> {
+    pub(super) run: &'r dyn LiveRun,
+    /// Number of requests that were carried out.
+    pub(super) changes: u64,
+    pub(super) playback: Option<PlaybackState>,
+}
+
 #[expect(
     clippy::disallowed_methods,
     reason = "wall-clock time decides when visitors are served and how far a run is advanced, and \
@@ -132,17 +140,9 @@ impl Visitors {
         self.requests.next(wait)
     }
 
-    /// Publishes time, changed variables and the pose of the robot.
-    pub(super) fn show(
-        &mut self,
-        run: &dyn LiveRun,
-        published: &Published,
-        playback: Option<&PlaybackState>,
-    ) {
-        self.socket.broadcast_time(since_epoch(run.now()));
-        if let Some(changed) = self.requests.show(run, playback) {
-            self.socket.publish_parameter_values(changed);
-        }
+    /// Publishes the time and the pose of the robot.
+    pub(super) fn show(&mut self, now: SimTime, published: &Published) {
+        self.socket.broadcast_time(since_epoch(now));
         self.show_frame(published);
     }
 
@@ -152,22 +152,29 @@ impl Visitors {
         shown != changes || clock() >= at + STATE_PERIOD
     }
 
-    /// Publishes the state of a run after so many requests, and the description of its robot.
+    /// Returns whether a visitor wants the state.
+    pub(super) fn is_watched(&self) -> bool {
+        self.state.is_wanted()
+    }
+
+    /// Publishes the state of a run and its variables, and the description of its robot.
     pub(super) fn show_state(
         &mut self,
-        now: SimTime,
-        changes: u64,
+        shown: Shown<'_>,
         published: &mut Published,
-        state: impl FnOnce() -> Value,
+        state: Option<&Value>,
     ) {
-        let wall = clock();
-        self.shown = (changes, wall);
+        let (wall, now) = (clock(), shown.run.now());
+        self.shown = (shown.changes, wall);
+        if let Some(changed) = self.requests.show(shown.run, shown.playback) {
+            self.socket.publish_parameter_values(changed);
+        }
         if wall >= self.described + DESCRIPTION_PERIOD {
             self.described = wall;
             published.describe(now);
         }
-        if self.state.is_wanted() {
-            self.state.publish(now, &state());
+        if let Some(state) = state {
+            self.state.publish(now, state);
         }
     }
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 import os
 
 from twinrig import _native
-from twinrig._commands import check, command, diff, parts, plan, read, robots, run, study
+from twinrig._commands import check, command, diff, page, parts, plan, read, robots, run, study
 from twinrig._errors import (
     Problem,
     RecordingError,
@@ -30,7 +30,7 @@ from twinrig._frames import Frame
 from twinrig._parts import Controller, Input, Output, Plant, Variable
 from twinrig._rig import Rig, Workers, step_all
 from twinrig._rollout import LaneError, Rollout, Trajectories, rollout
-from twinrig._run import Energy, Expectation, Recording, Run
+from twinrig._run import Energy, Expectation, Page, Recording, Run
 from twinrig._signal import Signal, SignalGroup, Signals
 from twinrig._sweep import Share, Sweep, optimize, sweep
 
@@ -44,6 +44,7 @@ __all__ = [
     "Input",
     "LaneError",
     "Output",
+    "Page",
     "Plant",
     "Problem",
     "Recording",
@@ -67,6 +68,7 @@ __all__ = [
     "command",
     "diff",
     "optimize",
+    "page",
     "parts",
     "plan",
     "read",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pathlib
 import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from twinrig import _native
 from twinrig._errors import RecordingError, RunError, ScenarioError, ScenarioWarning, TwinError
 from twinrig._parts import PartSource, sources
-from twinrig._run import Recording, Run
+from twinrig._run import Page, Recording, Run
 from twinrig._scenario import Path, Scenario, file_of, native, path_of, settings
 
 
@@ -176,6 +177,35 @@ def option(name: str, value: object) -> list[str]:
         raise TypeError(f"{name}: expected a number or a string with a unit, not {kind}")
     # With `=`, a value that begins with `-` is not taken for an option.
     return [f"--{name}={value}"]
+
+
+def page(of: Run | Recording | Path, *, out: Path | None = None) -> Page:
+    """Write the page of a run, as ``twin report`` does; a notebook shows it.
+
+    Parameters
+    ----------
+    of
+        A run with a recording, a recording, or its path.
+    out
+        Page to write; by default beside the recording, with the ending ``html``.
+
+    Raises
+    ------
+    ValueError
+        The run has no recording: `run` makes one with ``record=…``.
+    RecordingError
+        The recording cannot be read, or the page cannot be written.
+    """
+    if isinstance(of, (Run, Recording)):
+        found = of.recording if isinstance(of, Run) else of.path
+        if found is None:
+            raise ValueError("the run has no recording: run it with record=…")
+        of = found
+    words = ["report", "--json"]
+    if out is not None:
+        words.append(f"--out={path_of(out, 'out')}")
+    written = command_json([*words, "--", path_of(of, "of")], RecordingError)
+    return Page(pathlib.Path(written["page"]))
 
 
 def diff(

@@ -72,6 +72,18 @@ class Expectation:
 
 
 @dataclass(frozen=True)
+class Page:
+    """A page that has been written, which a notebook shows."""
+
+    path: Path
+
+    def _repr_html_(self) -> str:
+        text = html.escape(self.path.read_text(encoding="utf-8"))
+        style = "width: 100%; height: 800px; border: 0"
+        return f'<iframe srcdoc="{text}" style="{style}"></iframe>'
+
+
+@dataclass(frozen=True)
 class Energy:
     """Energy balance of the plant [J]."""
 
