@@ -43,8 +43,8 @@ pub enum ExportCommand {
 pub struct RecordedArgs {
     /// Recording
     pub recording: PathBuf,
-    /// Write to this folder (CSV) or file (NPZ) instead of NAME-GROUP.csv or NAME.npz in the present
-    /// folder, with the name of the recording
+    /// Write to this folder (CSV) or file (NPZ) instead of NAME-GROUP.csv or NAME.npz in the
+    /// present folder, with the name of the recording
     #[arg(long, value_name = "PATH")]
     pub out: Option<PathBuf>,
 }
