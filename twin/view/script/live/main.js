@@ -13,7 +13,8 @@ if (liveRun.figure) {
   for (const view of Object.keys(VIEWS)) figures.push(new Figure(liveRun, 0, view));
   byId("robot").append(make("div", { class: "views" }, ...figures.map((it) => it.element)));
 } else {
-  byId("robot").append(make("p", { class: "soft" }, "The robot has no coordinate frames, so that there is no figure of it."));
+  const why = live.hardware ? "On hardware the pose of the robot is not measured" : "The robot has no coordinate frames";
+  byId("robot").append(make("p", { class: "soft" }, `${why}, so that there is no figure of it.`));
 }
 
 document.title = `${live.title}, live`;
