@@ -42,7 +42,7 @@ impl<'a> Control<'a> {
             session,
             is_playing: true,
             speed: 1.0,
-            tuning: Tuning::new(folder),
+            tuning: Tuning::new(folder, 0.0),
             message: None,
             written: Vec::new(),
             changes: 0,

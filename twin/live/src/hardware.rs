@@ -19,6 +19,10 @@ use crate::request::Request;
 use crate::tuning::Tuning;
 use crate::watch::{Events, Watch, Watched};
 
+/// Greatest change of a variable at the start, in multiples of its default value per second: a jump
+/// of a slider does not throw the robot.
+const SLEW: f64 = 1.0;
+
 /// Observations of a run on hardware.
 struct HardwareRun<'a> {
     assembly: &'a Assembly<'a>,
@@ -171,7 +175,7 @@ impl<'a> HardwareControl<'a> {
         };
         Ok(Self {
             run,
-            tuning: Tuning::new(folder),
+            tuning: Tuning::new(folder, SLEW),
             message: None,
             files: Files::new(assembly, folder),
             changes: 0,

@@ -19,9 +19,10 @@ pub(crate) struct Tuning {
 }
 
 impl Tuning {
-    pub(crate) fn new(folder: &Path) -> Self {
+    /// Creates the changes of a session whose files are in a folder.
+    pub(crate) fn new(folder: &Path, slew: f64) -> Self {
         Self {
-            slew: 0.0,
+            slew,
             sets: Sets::new(folder.join(SETS)),
         }
     }

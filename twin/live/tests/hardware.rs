@@ -180,6 +180,8 @@ fn refusals_change_nothing() {
 #[test]
 fn sets_are_recalled() {
     let visit = |control: &mut HardwareControl<'_>| {
+        assert_eq!(control.state()["slew"], 1.0);
+        ask(control, "slew", json!({ "rate": 0.0 })).unwrap();
         ask(control, "save", json!({ "name": "begin" })).unwrap();
         set(control, 0.135).unwrap();
         ask(control, "save", json!({ "name": "low" })).unwrap();
