@@ -110,6 +110,8 @@ def test_exported_signals_are_those_of_the_recording(folder: Path) -> None:
             count += 1
         path = folder / f"tables/{recording.stem}-{name}.csv"
         heads, *_ = path.read_text().splitlines()
+        if not len(group.time):
+            continue
         matrix = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
         assert np.array_equal(matrix[:, 0], group.time)
         assert np.array_equal(matrix[:, 1:], group.matrix, equal_nan=True)

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use twinrig_record::{Recording, SampledGroup};
 use twinrig_rig::error::Error;
+use twinrig_rig::report::seconds;
 use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
@@ -99,7 +100,7 @@ fn write_csv(recording: &Recording, group: &SampledGroup, out: &mut impl Write) 
     }
     writeln!(out)?;
     for sample in recording.samples(group) {
-        write!(out, "{:?}", sample.time.as_secs_f64())?;
+        write!(out, "{:?}", seconds(sample.time.as_nanos()))?;
         for value in sample.all() {
             write!(out, ",{value:?}")?;
         }
@@ -126,7 +127,7 @@ fn archive(recording: &Recording) -> Result<Vec<u8>, ZipError> {
     for group in recording.groups() {
         let samples = || recording.samples(group);
         let count = samples().len();
-        let mut times = samples().map(|sample| sample.time.as_secs_f64());
+        let mut times = samples().map(|sample| seconds(sample.time.as_nanos()));
         add(format!("{}/time", group.name), &[count], &mut times)?;
         let mut begin = 0;
         for signal in &group.signals {
