@@ -35,14 +35,26 @@ struct HardwareRun<'a> {
     process: Box<dyn Process>,
     period: SimDuration,
     steering: Steering,
-    /// Values that were sent, by index of the variable.
-    targets: BTreeMap<usize, f64>,
+    /// Values that were sent and are not reached, by index of the variable.
+    targets: BTreeMap<usize, Approached>,
     /// Changes that were made, but for those of the scenario.
     acts: Vec<Act>,
     /// Outcomes so far, as of the time from which they are taken again.
     outcomes: Vec<Outcome>,
     judged_next: SimTime,
 }
+
+/// Value that a variable approaches.
+#[derive(Clone, Copy, Debug)]
+struct Approached {
+    value: f64,
+    /// Time of the last step towards it.
+    since: SimTime,
+}
+
+/// Time without a step after which a value that was sent counts as refused: there is one at each
+/// control step.
+const REFUSED: SimDuration = SimDuration::from_millis(500);
 
 /// Time between two judgements of the run so far: they take time from the processors that transfers
 /// need as well.
@@ -59,7 +71,7 @@ impl LiveRun for HardwareRun<'_> {
         self.process.variables()
     }
     fn target(&self, variable: usize) -> Option<f64> {
-        let sent = self.targets.get(&variable).copied();
+        let sent = self.targets.get(&variable).map(|it| it.value);
         sent.or_else(|| Some(self.variables().get(variable)?.value()))
     }
     fn events(&self) -> &Events {
@@ -89,7 +101,8 @@ impl LiveRun for HardwareRun<'_> {
             if !self.steering.set(index, value, slew) {
                 return refused("too many changes wait for the controller".to_owned());
             }
-            self.targets.insert(index, value);
+            let since = self.now;
+            self.targets.insert(index, Approached { value, since });
         }
         Ok(())
     }
@@ -100,33 +113,66 @@ impl HardwareRun<'_> {
     fn changed(&mut self, now: SimTime, variable: usize, value: f64) {
         // The process that runs has accepted it.
         let _ = self.process.set_variable(variable, value);
-        if self.targets.get(&variable) == Some(&value) {
-            self.targets.remove(&variable);
+        if let Some(target) = self.targets.get_mut(&variable) {
+            target.since = now;
+            if target.value.to_bits() == value.to_bits() {
+                self.targets.remove(&variable);
+            }
         }
-        let at = self.control_step(now);
-        if self.is_of_scenario(at, variable, value) {
+        let mut at = self.control_step(now);
+        let made = |(_, change)| matches!(change, Change::By(_)) || change == Change::To(value);
+        if self.changes_of_scenario(at, variable).any(made) {
             return;
         }
-        // A scenario has one change of a variable at an instant: the last.
-        self.acts
-            .retain(|act| act.at != at || act.variable != variable);
-        self.acts.push(Act {
+        // A scenario has one change of a variable at an instant.
+        if self
+            .changes_of_scenario(at, variable)
+            .any(|(due, _)| due == at)
+        {
+            at = at + self.period;
+        }
+        let step = self.acts.partition_point(|act| act.at < at);
+        let mut of_step = self.acts[step..].iter().take_while(|act| act.at == at);
+        if let Some(earlier) = of_step.position(|act| act.variable == variable) {
+            self.acts.remove(step + earlier);
+        }
+        let act = Act {
             made: at,
             at,
             variable,
             value,
-        });
+        };
+        let next = self.acts.partition_point(|act| act.at <= at);
+        self.acts.insert(next, act);
     }
 
-    /// Returns whether the scenario has a change, which is made at the control step `at`.
-    fn is_of_scenario(&self, at: SimTime, variable: usize, value: f64) -> bool {
-        let variables = self.process.variables();
-        let name = variables.get(variable).map(ProcessVariable::name);
+    /// Drops values that the controller has refused, though they were accepted before they were
+    /// sent; returns the name of a variable that has one.
+    fn drop_refused(&mut self) -> Option<&str> {
+        let latest = REFUSED.max(self.period * 2);
+        let now = self.now;
+        let is_refused = |sent: &Approached| now > sent.since + latest;
+        let refused = self.targets.iter().find(|(_, sent)| is_refused(sent));
+        let variable = *refused?.0;
+        self.targets.retain(|_, sent| !is_refused(sent));
+        self.variables().get(variable).map(ProcessVariable::name)
+    }
+
+    /// Returns the changes of a variable that the scenario makes at the control step `at`, with the
+    /// times at which they are due.
+    fn changes_of_scenario(
+        &self,
+        at: SimTime,
+        variable: usize,
+    ) -> impl Iterator<Item = (SimTime, Change)> {
+        let name = self.process.variables().get(variable);
+        let name = name.map(ProcessVariable::name);
         let period = self.period.as_nanos().max(1);
-        self.assembly.changes().any(|(due, changed, change)| {
-            Some(changed) == name
-                && due.as_nanos().div_ceil(period) == at.as_nanos() / period
-                && (matches!(change, Change::By(_)) || change == Change::To(value))
+        let step = at.as_nanos() / period;
+        let changes = self.assembly.changes();
+        changes.filter_map(move |(due, changed, change)| {
+            let is_made = Some(changed) == name && due.as_nanos().div_ceil(period) == step;
+            is_made.then_some((due, change))
         })
     }
 
@@ -201,6 +247,10 @@ impl<'a> HardwareControl<'a> {
     /// Returns what visitors see, apart from signals.
     pub fn state(&mut self) -> Value {
         self.judge();
+        if let Some(variable) = self.run.drop_refused() {
+            let refused = format!("the controller refuses the value of `{variable}`");
+            self.message = Some(refused);
+        }
         let mut state = self.tuning.state(&self.run);
         let own = json!({
             "status": "playing",

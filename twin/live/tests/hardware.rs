@@ -138,6 +138,71 @@ fn changes_are_slewed_and_written_as_a_scenario() {
     });
 }
 
+/// Creates the control of a run that does not begin; passes it on with the index of the variable.
+fn idle(name: &str, text: &str, check: impl FnOnce(&mut HardwareControl<'_>, usize)) {
+    let registry = Registry::standard();
+    let builder = Assembly::builder(&registry);
+    let assembly = builder.text("stand.toml", text, "".as_ref()).unwrap();
+    let folder = Folder::new(name);
+    let mut run = HardwareRun::new(&assembly, Execution::default()).unwrap();
+    let steering = run.steering();
+    let rig = run.rig();
+    let variable = rig
+        .process()
+        .variables()
+        .iter()
+        .position(|it| it.name() == VARIABLE);
+    let mut control = HardwareControl::new(&assembly, rig, steering, folder.path()).unwrap();
+    check(&mut control, variable.unwrap());
+}
+
+/// A scenario has one change of a variable at an instant, and the last of a control step is the one
+/// that counts.
+#[test]
+fn written_scenario_has_one_change_at_an_instant() {
+    let text = STAND.replace("21 ms", "20 ms").replace("hind", "fore");
+    idle("instant", &text, |control, variable| {
+        let mut made = |at_us: u64, value: f64| {
+            let at = SimTime::from_nanos(at_us * 1000);
+            control.event(at, RunEvent::Change { variable, value }, &mut ());
+        };
+        made(10_100, 0.135);
+        made(10_200, 0.136);
+        // That of the scenario, and one by a visitor at the same step.
+        made(20_100, 0.142);
+        made(20_200, 0.137);
+        let path = control.write_scenario().unwrap().unwrap();
+        let registry = Registry::standard();
+        let written = Assembly::builder(&registry).file(&path).unwrap();
+        let at = |ms: u64| SimTime::from_nanos(ms * 1_000_000);
+        let changes = [(10, 0.136), (20, 0.142), (22, 0.137)];
+        assert_eq!(
+            written.changes().collect::<Vec<_>>(),
+            changes.map(|(ms, value)| (at(ms), VARIABLE, Change::To(value)))
+        );
+    });
+}
+
+/// A value that the controller has refused after all is not shown as the target for ever.
+#[test]
+fn value_that_is_not_approached_is_dropped() {
+    idle("dropped", STAND, |control, variable| {
+        let target = |control: &mut HardwareControl<'_>, at_ms: u64| {
+            let at = SimTime::from_nanos(at_ms * 1_000_000);
+            control.samples(at, Group::Plant, &[], &mut ());
+            let state = control.state();
+            let target = &state["variables"][variable]["target"];
+            (target.as_f64(), state["message"].clone())
+        };
+        let (at_start, _) = target(control, 0);
+        assert_ne!(at_start, Some(0.135));
+        set(control, 0.135).unwrap();
+        assert_eq!(target(control, 500), (Some(0.135), json!(null)));
+        let refused = format!("the controller refuses the value of `{VARIABLE}`");
+        assert_eq!(target(control, 501), (at_start, json!(refused)));
+    });
+}
+
 /// What the controller would refuse is refused before it is sent, and so is time travel.
 #[test]
 fn refusals_change_nothing() {
