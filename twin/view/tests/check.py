@@ -7,37 +7,20 @@ screenshots in `screens/`, which --update makes anew. Other than in a browser of
 request leaves the machine: one that is made is a failure.
 """
 
-import base64
 import json
-import shutil
 import subprocess
 import sys
 import tempfile
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from PIL import Image
-from playwright.sync_api import sync_playwright
+from reader import WIDTHS, Reader, chromium, difference
 
 ROOT = Path(__file__).resolve().parents[3]
 SCREENS = Path(__file__).with_name("screens")
-
-# A browser that is new, and silent on the network.
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-quic",
-    "--disable-sync",
-    "--no-first-run",
-    "--hide-scrollbars",
-    "--force-device-scale-factor=1",
-    "--font-render-hinting=none",
-]
 
 # Frames of the page, every third sample of 2 ms, and the rounding of positions: 1/65534 of 2 m.
 FRAME_S = 6e-3
@@ -60,65 +43,6 @@ signal = { name = "body/position", component = "x", always = { max = "0.6 m" } }
 name = "stays within 0.3 m"
 signal = { name = "body/position", component = "x", always = { max = "0.3 m" } }
 """
-
-
-class Reader:
-    """A page in a browser, as one reader sees it."""
-
-    def __init__(self, browser, path, width=1200, scheme="light", fragment=""):
-        self.problems = []
-        context = browser.new_context(
-            viewport={"width": width, "height": 900}, color_scheme=scheme
-        )
-        self.page = context.new_page()
-        self.page.on("console", lambda it: self.problems.append(f"console: {it.text}"))
-        self.page.on("pageerror", lambda it: self.problems.append(f"error: {it}"))
-        self.page.on("request", self.request)
-        self.page.goto(f"{path.as_uri()}{fragment}")
-        self.page.wait_for_selector("html[data-ready]")
-        self.settle()
-
-    def request(self, request):
-        if not request.url.startswith("file:"):
-            self.problems.append(f"request: {request.url}")
-
-    def settle(self):
-        """Waits until the present instant is drawn."""
-        self.page.evaluate(
-            "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-        )
-
-    def go(self, instant):
-        self.page.evaluate("(t) => twinrig.clock.set(t)", instant)
-        self.settle()
-
-    @property
-    def now(self):
-        return self.page.evaluate("twinrig.clock.now")
-
-    def image(self, selector):
-        """Returns a canvas as an image."""
-        text = self.page.locator(selector).first.evaluate("(it) => it.toDataURL('image/png')")
-        picture = Image.open(BytesIO(base64.b64decode(text.split(",")[1]))).convert("RGBA")
-        paper = Image.new("RGBA", picture.size, self.paper)
-        return Image.alpha_composite(paper, picture).convert("RGB")
-
-    @property
-    def paper(self):
-        style = "getComputedStyle(document.querySelector('figure')).backgroundColor"
-        numbers = self.page.evaluate(style).split("(")[1].rstrip(")").split(",")
-        return tuple(int(number) for number in numbers[:3]) + (255,)
-
-    def close(self):
-        self.page.context.close()
-        assert not self.problems, self.problems
-
-
-def difference(a, b):
-    """Returns the share of pixels that differ by more than a quarter of the scale in a colour, of
-    images that are blurred, so that one pixel beside another is no difference."""
-    a, b = (np.asarray(it.resize((it.width // 3, it.height // 3)), dtype=float) for it in (a, b))
-    return float(np.mean(np.abs(a - b).max(axis=2) > 64)) if a.shape == b.shape else 1.0
 
 
 def recorded_feet(path, instant_s):
@@ -209,10 +133,9 @@ def check_plots(reader):
 
 def check_widths(browser, path):
     """Nothing but tables is wider than the screen."""
-    for width in [400, 800, 2500]:
-        reader = Reader(browser, path, width=width)
-        wide = reader.page.evaluate("document.documentElement.scrollWidth")
-        assert wide <= width, f"{wide} px on a screen of {width}"
+    for width in WIDTHS:
+        reader = Reader(browser, path.as_uri(), width=width)
+        reader.check_width()
         reader.close()
 
 
@@ -248,10 +171,10 @@ def check(program, folder, browser, update):
     report, recording, page = run(program, folder, "trot", *trot)
     assert report["verdict"] == "pass", report
     for scheme in ["light", "dark"]:
-        reader = Reader(browser, page, scheme=scheme)
+        reader = Reader(browser, page.as_uri(), scheme=scheme)
         check_screens(reader, scheme, update)
         reader.close()
-    reader = Reader(browser, page)
+    reader = Reader(browser, page.as_uri())
     assert reader.now == 0.0
     check_robot(reader, recording)
     check_controls(reader)
@@ -267,7 +190,7 @@ def check(program, folder, browser, update):
     report, failed, page = run(program, folder, "fails", far, *trot[1:])
     instants = [it["first_violation_s"] for it in report["expectations"] if it["verdict"] == "fail"]
     assert len(instants) == 2, report
-    reader = Reader(browser, page)
+    reader = Reader(browser, page.as_uri())
     assert reader.now == min(instants) < max(instants), reader.now
     reader.close()
 
@@ -275,7 +198,7 @@ def check(program, folder, browser, update):
     both = folder / "both.html"
     subprocess.run([program, "report", recording, failed, "--out", both], check=True,
                    stdout=subprocess.DEVNULL)
-    reader = Reader(browser, both)
+    reader = Reader(browser, both.as_uri())
     assert reader.page.locator("canvas.figure").count() == 6
     reader.go(INSTANT_S)
     reader.close()
@@ -283,7 +206,7 @@ def check(program, folder, browser, update):
     # Boards on a bus: frames are decoded around the instant.
     oncilla = ["scenarios/oncilla-trot.toml", "--until", "1 s"]
     _, _, page = run(program, folder, "oncilla", *oncilla)
-    reader = Reader(browser, page, fragment="#t=0.9")
+    reader = Reader(browser, f"{page.as_uri()}#t=0.9")
     assert reader.now == 0.9
     rows = reader.page.locator("#strip tbody tr").all_inner_texts()
     assert any("LF low-latency" in row for row in rows), rows
@@ -294,13 +217,8 @@ def check(program, folder, browser, update):
 
 def main():
     program = Path(sys.argv[1]).resolve()
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        sys.exit("check.py: no Chromium; the package of Debian is `chromium`")
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+    with tempfile.TemporaryDirectory() as folder, chromium() as browser:
         size = check(program, Path(folder), browser, "--update" in sys.argv[2:])
-        browser.close()
     print(f"pages: robot, screens, controls, plots, buses and two runs; {size / 1e6:.2f} MB with a bus")
 
 
