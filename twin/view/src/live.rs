@@ -53,6 +53,7 @@ const MODULE: &[&str] = &[
     include_str!("../script/plots.js"),
     include_str!("../script/live/sliders.js"),
     include_str!("../script/live/controls.js"),
+    include_str!("../script/live/gamepad.js"),
     include_str!("../script/live/signals.js"),
     include_str!("../script/live/main.js"),
 ];

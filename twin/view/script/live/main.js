@@ -4,7 +4,7 @@
 //   live/protocol.js     connection
 //   live/state.js        data.runs, clock, aligned, unaligned, for the two that follow
 //   figure.js, plots.js  drawing
-//   live/sliders.js, live/controls.js, live/signals.js, live/main.js
+//   live/sliders.js, live/controls.js, live/gamepad.js, live/signals.js, live/main.js
 //
 // Elements: <script type="application/json" id="live-data">, and those of live.html.
 
@@ -28,6 +28,7 @@ const parts = [
   transport,
   new Variables(byId("variables")),
   new Sets(byId("sets")),
+  new Gamepads(byId("gamepads")),
   new Expectations(byId("expectations")),
   new Events(byId("events")),
   ...(live.hardware ? [] : [new Branches(byId("branches"))]),
