@@ -1,4 +1,5 @@
-//! Pages of recorded runs, without a browser: `check.py` opens them in one.
+//! Pages of recorded runs, without a browser: `check.py` opens them in one, and `check_live.py` the
+//! page of a live run.
 
 use std::path::{Path, PathBuf};
 
