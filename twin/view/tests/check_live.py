@@ -40,10 +40,11 @@ globalThis.pad = {
 """
 
 # By the clock of the page, which may be late: it has read the gamepad several times, and no request
-# waits for its answer or for its turn.
+# waits for its answer or for its turn, if requests end at all.
 REST = """async () => {
-  for (let count = 0; count < 3; count = twinrig.connection.calls.size ? 0 : count + 1) {
+  for (let [count, quiet] = [0, 0]; quiet < 3 && count < 50; count += 1) {
     await new Promise((done) => setTimeout(done, 60));
+    quiet = twinrig.connection.calls.size ? 0 : quiet + 1;
   }
 }"""
 # Time after which what is waited for counts as missing.
