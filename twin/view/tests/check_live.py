@@ -285,6 +285,7 @@ def check_gamepad(visitor):
     visitor.check_silence()
     press(visitor, 1)
     visitor.wait_value("frequency", 3.2)
+    assert visitor.requests == [{"name": "slow"}], visitor.requests
     # From there, not from where it was chosen.
     deflect(visitor, 0, 1)
     visitor.wait_value("frequency", 3.2 + 0.8)
