@@ -181,8 +181,8 @@ class Pad {
     write(this.status, found ? "connected" : "not connected: the variables keep their values");
     const inputs = found && [...this.axes.map((_, i) => found.axes[i] ?? 0), ...this.buttons.map((_, i) => found.buttons[i] ?? {})];
     this.rows.forEach(({ control, now }, i) => {
-      // Without its gamepad a variable stays as it is: on hardware a jump back, when whoever steers
-      // has lost the robot, would be worse.
+      // Without its gamepad a variable stays as it is: on hardware a jump back, while no hand steers
+      // the robot, would be worse.
       if (inputs && connection.isOpen && state) write(now, control.follow(inputs[i], at, elapsed));
       else control.release();
     });
