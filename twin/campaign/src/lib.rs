@@ -35,13 +35,17 @@
 //! - Results are the same with the same versions of `argmin` and `rand`, whose formulas they
 //!   contain.
 //! - A search is not saved and resumed.
+//! - No `search` and no `optimization` in WebAssembly.
 //! - A sweep knows no scenario: the caller turns points into runs, and files and settings into
 //!   keys.
 
 pub mod engine;
+#[cfg(not(target_family = "wasm"))]
 pub mod optimization;
+#[cfg(not(target_family = "wasm"))]
 mod places;
 pub mod radius;
+#[cfg(not(target_family = "wasm"))]
 pub mod search;
 pub mod spread;
 pub mod sweep;

@@ -105,8 +105,11 @@ impl Columns {
     }
 }
 
-/// Returns bytes compressed by zlib, in Base64.
-pub(crate) fn packed(bytes: &[u8]) -> io::Result<String> {
+/// Returns bytes compressed by zlib, in Base64: as the data of a page.
+///
+/// # Errors
+/// None: it writes to memory.
+pub fn packed(bytes: &[u8]) -> io::Result<String> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
     encoder.write_all(bytes)?;
     Ok(base64(&encoder.finish()?))

@@ -63,6 +63,7 @@ mod signals;
 mod timing;
 mod wires;
 
+pub use columns::packed;
 pub use page::{Page, page};
 pub use parting::{Parting, parting};
 pub use picture::picture;

@@ -5,7 +5,7 @@ use twinrig_record::{RecordError, Recording, VerdictMessage};
 use twinrig_rig::run::observers::RunObserver;
 use twinrig_rig::run::recorded::assembly_of;
 use twinrig_rig::run::repetition::{Detail, Repetition, repeat};
-use twinrig_rig::{Assembly, Registry};
+use twinrig_rig::{Assembly, Error, Registry, Report};
 
 /// Greatest number of sets of coordinate frames, and least time between two: half of a frame of a
 /// screen, so that slow motion is smooth.
@@ -50,6 +50,30 @@ impl<'r> Run<'r> {
             assembly,
             repetition,
         }
+    }
+
+    /// Runs a scenario in memory, whose name for the reader is `path`; `caller` is polled meanwhile.
+    ///
+    /// # Errors
+    /// [`Error`] if the run cannot start. One that starts and fails is shown.
+    pub fn compute(
+        assembly: Assembly<'r>,
+        path: &str,
+        caller: Option<&mut dyn RunObserver>,
+    ) -> Result<Self, Error> {
+        let end = assembly.end();
+        let computed = repeat(&assembly, detail(end), end, caller)?;
+        Ok(Self {
+            path: path.to_owned(),
+            recorded: computed.recording.clone(),
+            assembly: Some(assembly),
+            repetition: Ok(computed),
+        })
+    }
+
+    /// Returns the report of the run; none of a recording that is not repeated.
+    pub fn report(&self) -> Option<&Report> {
+        self.repetition().map(|repetition| &repetition.report)
     }
 
     /// Returns whether the page has more than the recording; if not, the reason.
@@ -107,6 +131,14 @@ impl<'r> Run<'r> {
     }
 }
 
+/// Returns the detail of a page of a run up to `end`.
+fn detail(end: SimTime) -> Detail {
+    Detail {
+        frames: SimDuration::from_nanos(end.as_nanos() / FRAMES_MAX).max(FRAME_MIN),
+        instants: INSTANTS,
+    }
+}
+
 /// Repeats a run; the reason if there is no repetition of it.
 fn repeated(
     assembly: &Assembly<'_>,
@@ -116,12 +148,7 @@ fn repeated(
     let (Some(fingerprint), Some(end)) = (recorded.fingerprint(), recorded.reached()) else {
         return Err(CUT_OFF.to_owned());
     };
-    let frames = SimDuration::from_nanos(end.as_nanos() / FRAMES_MAX).max(FRAME_MIN);
-    let detail = Detail {
-        frames,
-        instants: INSTANTS,
-    };
-    let repetition = repeat(assembly, detail, end, caller).map_err(|error| error.to_string())?;
+    let repetition = repeat(assembly, detail(end), end, caller).map_err(|error| error.to_string())?;
     match repetition.recording.fingerprint() {
         Some(repeated) if repeated == fingerprint => Ok(repetition),
         _ => Err(

@@ -148,7 +148,8 @@ impl ValueInterval {
     }
 
     /// Returns the quantity at a share of the interval, with as few decimals as a millionth of the
-    /// range takes; the ends are exact.
+    /// range takes; the ends are exact. For optimizations.
+    #[cfg(not(target_family = "wasm"))]
     pub(crate) fn legible_at(&self, share: f64) -> SweepValue {
         let number = self.number_at(share);
         if share <= 0.0 || share >= 1.0 {

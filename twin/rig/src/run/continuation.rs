@@ -1,7 +1,5 @@
 //! Continuation of a saved run with another plant.
 
-use std::time::Instant;
-
 use twinrig_kernel::{SimTime, Snapshot};
 
 use crate::assembly::Assembly;
@@ -12,6 +10,7 @@ use crate::run::execution::Execution;
 use crate::run::judging;
 use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder;
+use crate::run::stopwatch::Stopwatch;
 
 /// Result of a continuation.
 pub struct Continuation {
@@ -50,13 +49,9 @@ pub fn resume_with_plant(
         now: rig.now(),
         end,
     };
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "the report contains the wall time"
-    )]
-    let started = Instant::now();
+    let stopwatch = Stopwatch::start();
     let ran = run(other, &mut rig, &mut observers, &progress, end);
-    let wall_s = started.elapsed().as_secs_f64();
+    let wall_s = stopwatch.elapsed_s();
     let course = Course::of(&rig, wall_s, ran);
     let report = judging::report(&unjudged, execution, observers, course);
     Ok(Continuation { report, lost })

@@ -1,7 +1,5 @@
 //! Execution of runs in virtual time, with recording and report.
 
-use std::time::Instant;
-
 use twinrig_kernel::{SimTime, Snapshot, drawn_streams};
 
 use crate::assembly::Assembly;
@@ -13,6 +11,7 @@ use crate::run::hardware::HardwareRun;
 use crate::run::judging::{observers, reference, report};
 use crate::run::observers::{PolledOnly, RunObserver, RunProgress};
 use crate::run::recording::recorder;
+use crate::run::stopwatch::Stopwatch;
 
 /// Runs `assembly`, and the reference run if an expectation requires one, with an observer of the
 /// caller, and without the ensemble of the scenario.
@@ -83,11 +82,7 @@ fn execute_drawing(
         now: SimTime::ZERO,
         end,
     };
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "the report contains the wall time"
-    )]
-    let started = Instant::now();
+    let stopwatch = Stopwatch::start();
     let mut saved = None;
     let mut ran = Ok(SimTime::ZERO);
     if let Some(at) = save_at {
@@ -97,7 +92,7 @@ fn execute_drawing(
         saved = is_reached.then(|| rig.save());
     }
     let ran = ran.and_then(|_| run(assembly, &mut rig, &mut observers, &progress, end));
-    let wall_s = started.elapsed().as_secs_f64();
+    let wall_s = stopwatch.elapsed_s();
     let course = Course::of(&rig, wall_s, ran);
     let report = report(assembly, execution, observers, course);
     Ok((report, saved))

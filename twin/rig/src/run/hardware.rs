@@ -2,7 +2,6 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use twinrig_kernel::{Port, SimTime};
 use twinrig_runtime::real_time::{EndReason, RealTimeReport, RealTimeRig, Steering};
@@ -21,6 +20,7 @@ use crate::run::interrupt;
 use crate::run::judging::{judge, report, tracking};
 use crate::run::observers::{RunObserver, RunObservers, RunProgress};
 use crate::run::recording::recorder;
+use crate::run::stopwatch::Stopwatch;
 use twinrig_kernel::signal::folded;
 
 /// A run on hardware that can begin: its devices are open.
@@ -93,17 +93,13 @@ impl<'a> HardwareRun<'a> {
                 end: assembly.end(),
             },
         };
-        #[expect(
-            clippy::disallowed_methods,
-            reason = "the report contains the wall time"
-        )]
-        let started = Instant::now();
+        let stopwatch = Stopwatch::start();
         let (ended, times) = rig.run(
             Some(scenario.duration),
             &mut observer,
             interrupt::hardware_flag(),
         );
-        let wall_s = started.elapsed().as_secs_f64();
+        let wall_s = stopwatch.elapsed_s();
         let TimingObserver {
             observers,
             progress: RunProgress { now: reached, .. },

@@ -12,3 +12,4 @@ pub mod observers;
 pub mod recorded;
 pub mod recording;
 pub mod repetition;
+mod stopwatch;

@@ -1,8 +1,6 @@
 //! Repetition of a run in memory, with more detail than its recording: every computed signal, all
 //! bytes, finer frames, and what the expectations and the energy balance were on the way.
 
-use std::time::Instant;
-
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_record::{RecordError, Recording};
 use twinrig_runtime::EnergyBalance;
@@ -16,6 +14,7 @@ use crate::run::execution::Execution;
 use crate::run::judging::{closed, observers, reference};
 use crate::run::observers::{PolledOnly, RunObserver, RunProgress};
 use crate::run::recording::{Contents, recorder_of};
+use crate::run::stopwatch::Stopwatch;
 
 /// Detail of a repetition.
 #[derive(Clone, Copy, Debug)]
@@ -77,11 +76,7 @@ pub fn repeat(
         now: SimTime::ZERO,
         end,
     };
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "the report contains the wall time"
-    )]
-    let started = Instant::now();
+    let stopwatch = Stopwatch::start();
     let mut course = Vec::new();
     let mut ran = Ok(SimTime::ZERO);
     for instant in 1..=detail.instants.max(1) {
@@ -111,7 +106,7 @@ pub fn repeat(
             break;
         }
     }
-    let wall_s = started.elapsed().as_secs_f64();
+    let wall_s = stopwatch.elapsed_s();
     let ended = Course::of(&rig, wall_s, ran);
     let (report, bytes) = closed(assembly, &Execution::default(), observers, ended);
     let bytes = bytes.map_err(unreadable)?.unwrap_or_default();
