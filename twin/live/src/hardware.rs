@@ -129,7 +129,7 @@ impl HardwareRun<'_> {
             .changes_of_scenario(at, variable)
             .any(|(due, _)| due == at)
         {
-            at = at + self.period;
+            at += self.period;
         }
         let step = self.acts.partition_point(|act| act.at < at);
         let mut of_step = self.acts[step..].iter().take_while(|act| act.at == at);

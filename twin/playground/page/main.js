@@ -75,7 +75,7 @@ function showMistake(error) {
       if (i + 1 !== line) return `${i + 1}\n`;
       const wrong = document.createElement("span");
       wrong.className = "wrong";
-      wrong.textContent = String(line);
+      wrong.textContent = String(i + 1);
       return wrong;
     }),
   );

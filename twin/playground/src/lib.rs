@@ -167,8 +167,13 @@ mod tests {
     fn progress_grows_up_to_the_end() {
         let request = serde_json::json!({ "file": "a.toml", "text": HANGS, "wanted": "report" });
         let mut shares = Vec::new();
-        answer(request.to_string().as_bytes(), &mut |share| shares.push(share));
-        assert!(shares.is_sorted() && shares.last() <= Some(&1.0), "{shares:?}");
+        answer(request.to_string().as_bytes(), &mut |share| {
+            shares.push(share);
+        });
+        assert!(
+            shares.is_sorted() && shares.last() <= Some(&1.0),
+            "{shares:?}"
+        );
         assert!(!shares.is_empty());
     }
 }

@@ -6,17 +6,17 @@ Fingerprints are compared with those of the program. No request leaves the page.
 """
 
 import json
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-from playwright.sync_api import sync_playwright
-
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.append(str(ROOT / "twin/view/tests"))
 
-from reader import FLAGS, Reader  # noqa: E402
+from reader import WIDTHS, Reader, chromium  # noqa: E402
+
+# Workers and pages that the page makes are its own.
+PLACES = ("file:", "blob:")
 
 # A trot, boards on a bus, and the full dynamics with impacts.
 SCENARIOS = ["trot", "bench-stall", "leg-drop"]
@@ -55,7 +55,10 @@ def check_mistakes(page):
     right = text.input_value()
     line = right[: right.index("duration")].count("\n") + 1
     text.fill(right.replace("duration", "durration", 1))
-    page.locator("#lines .wrong", has_text=str(line)).wait_for()
+    wrong = page.locator("#lines .wrong")
+    wrong.wait_for()
+    before = wrong.evaluate("(it) => [it.textContent, it.previousSibling.textContent]")
+    assert [int(it) for it in before] == [line, line - 1], before
     shown = page.locator("#mistake pre").inner_text()
     assert "did you mean `duration`" in shown, shown
     page.get_by_role("button", name=f"go to line {line}").click()
@@ -86,13 +89,14 @@ def check_stop(page, program):
 
 
 def check(page_path, program, browser):
-    reader = Reader(browser, page_path)
+    address = page_path.as_uri()
+    reader = Reader(browser, address, places=PLACES)
     check_runs(reader.page, program)
     check_mistakes(reader.page)
     check_stop(reader.page, program)
     reader.close()
-    for width, scheme in [(400, "dark"), (800, "light"), (2500, "dark")]:
-        reader = Reader(browser, page_path, width=width, scheme=scheme)
+    for width, scheme in zip(WIDTHS, ["dark", "light", "dark"]):
+        reader = Reader(browser, address, width=width, scheme=scheme, places=PLACES)
         wide = reader.page.evaluate("document.documentElement.scrollWidth")
         assert wide <= width, f"{wide} px on a screen of {width}"
         reader.close()
@@ -100,13 +104,8 @@ def check(page_path, program, browser):
 
 def main():
     page_path, program = (Path(word).resolve() for word in sys.argv[1:3])
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        sys.exit("page_check.py: no Chromium; the package of Debian is `chromium`")
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+    with chromium() as browser:
         check(page_path, program, browser)
-        browser.close()
     size = page_path.stat().st_size / 1e6
     print(f"playground: {len(SCENARIOS)} runs, mistakes, stop and screens; a page of {size:.2f} MB")
 

@@ -148,7 +148,8 @@ fn repeated(
     let (Some(fingerprint), Some(end)) = (recorded.fingerprint(), recorded.reached()) else {
         return Err(CUT_OFF.to_owned());
     };
-    let repetition = repeat(assembly, detail(end), end, caller).map_err(|error| error.to_string())?;
+    let repetition =
+        repeat(assembly, detail(end), end, caller).map_err(|error| error.to_string())?;
     match repetition.recording.fingerprint() {
         Some(repeated) if repeated == fingerprint => Ok(repetition),
         _ => Err(

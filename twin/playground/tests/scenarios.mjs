@@ -1,7 +1,7 @@
 // Runs the shipped scenarios in the module and by the program: all that the reports say of the runs
 // must be equal, to the last digit of the fingerprints.
 //
-// Usage: nodejs check.mjs MODULE PROGRAM
+// Usage: nodejs scenarios.mjs MODULE PROGRAM
 
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
