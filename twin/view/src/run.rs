@@ -52,7 +52,7 @@ impl<'r> Run<'r> {
         }
     }
 
-    /// Runs a scenario in memory, whose name for the reader is `path`; `caller` is polled meanwhile.
+    /// Runs a scenario in memory; `path` is its name for the reader. `caller` is polled meanwhile.
     ///
     /// # Errors
     /// [`Error`] if the run cannot start. One that starts and fails is shown.
