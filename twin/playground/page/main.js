@@ -28,10 +28,10 @@ class Rig {
   #begin() {
     this.worker = new Worker(code);
     this.worker.onmessage = ({ data }) => {
-      const { resolve, progress } = this.asked.get(data.number);
-      if (!data.answer) return progress(data.share);
+      const asked = this.asked.get(data.number);
+      if (!data.answer) return asked?.progress(data.share);
       this.asked.delete(data.number);
-      resolve(data);
+      asked?.resolve(data);
     };
     this.worker.postMessage({ bytes });
   }

@@ -15,18 +15,18 @@ function importsOf(module, progress) {
   return imports;
 }
 
-// Runs a request in a new instance, so that no run knows of another; returns the answer. A trap is
-// an answer, too.
+// Runs a request in a new instance, so that no run knows of another; returns the answer. A trap, and
+// a browser that has no room for the instance, are answers, too: none leaves the page waiting.
 async function answerOf(module, request, progress) {
-  const { exports } = await WebAssembly.instantiate(module, importsOf(module, progress));
-  const bytes = new TextEncoder().encode(JSON.stringify(request));
   try {
+    const { exports } = await WebAssembly.instantiate(module, importsOf(module, progress));
+    const bytes = new TextEncoder().encode(JSON.stringify(request));
     const at = exports.reserve(bytes.length);
     new Uint8Array(exports.memory.buffer, at, bytes.length).set(bytes);
     const length = exports.run();
     const text = new Uint8Array(exports.memory.buffer, exports.answer(), length);
     return JSON.parse(new TextDecoder().decode(text));
   } catch (error) {
-    return { report: null, page: null, error: `The rig has failed: ${error.message}. This is a bug in it.` };
+    return { report: null, page: null, error: `The rig has failed: ${error.message}` };
   }
 }

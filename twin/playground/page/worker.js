@@ -17,6 +17,7 @@ self.onmessage = async ({ data }) => {
     shown = now;
     self.postMessage({ number: data.number, share });
   };
-  const answer = await answerOf(await wasm, data.request, progress);
+  const failed = (error) => ({ error: `The rig does not load: ${error.message}` });
+  const answer = await wasm.then((module) => answerOf(module, data.request, progress)).catch(failed);
   self.postMessage({ number: data.number, answer, wall_s: (performance.now() - begun) / 1000 });
 };

@@ -91,4 +91,8 @@ const trap = new WebAssembly.Module(
 const failed = await answerOf(trap, {}, () => {});
 assert.match(failed.error, /The rig has failed: unreachable/);
 
+// So is a module that cannot be instantiated.
+const empty = new WebAssembly.Module(new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0]));
+assert.match((await answerOf(empty, {}, () => {})).error, /The rig has failed/);
+
 console.log(`playground: ${count} scenarios have the bits of the program, ${Object.keys(REFUSED).length} are refused`);
