@@ -1,5 +1,5 @@
-// Runs the module of the rig: each request, a JSON text, in an instance of its own. For the worker of
-// the page, and for the check in Node.
+// Runs the module of the rig: each request, a JSON text, in an instance of its own. For the worker
+// of the page, and for the check in Node.
 
 // Returns the functions that the module imports: its progress, and those of a crate that are for
 // JavaScript objects, which no run calls.
@@ -15,8 +15,8 @@ function importsOf(module, progress) {
   return imports;
 }
 
-// Runs a request in a new instance, so that no run knows of another; returns the answer. A trap, and
-// a browser that has no room for the instance, are answers, too: none leaves the page waiting.
+// Runs a request in a new instance, so that no run knows of another; returns the answer. A trap,
+// and a browser that has no room for the instance, are answers, too: none leaves the page waiting.
 async function answerOf(module, request, progress) {
   try {
     const { exports } = await WebAssembly.instantiate(module, importsOf(module, progress));
