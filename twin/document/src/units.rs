@@ -217,6 +217,11 @@ pub(crate) const KINDS: &[Kind] = &[
         name: "a temperature",
         spellings: &[("K", Ten(0))],
     },
+    Kind {
+        unit: Unit::JoulePerKelvin,
+        name: "a heat capacity",
+        spellings: &[("J/K", Ten(0)), ("mJ/K", Ten(-3))],
+    },
 ];
 
 /// Returns the value in SI units of a number with a unit of data sheets that is no multiple of one

@@ -92,6 +92,8 @@ units! {
     Pascal = "Pa",
     /// Temperature.
     Kelvin = "K",
+    /// Heat capacity.
+    JoulePerKelvin = "J/K",
 }
 
 impl fmt::Display for Unit {

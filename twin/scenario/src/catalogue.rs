@@ -55,6 +55,9 @@ pub struct Kind {
     /// plant on a robot. The ground and the legs then serve the judge; base, start and actuators
     /// are those of the model.
     pub takes_robot_keys: bool,
+    /// Whether a standalone plant has a file of its own whose values a scenario overrides, as those
+    /// of a robot file.
+    pub is_overridable: bool,
     /// Whether trunk and feet can be pushed. Plants only.
     pub takes_pushes: bool,
     /// Keys of its table besides those common to all parts of its sort.
@@ -73,6 +76,7 @@ impl Kind {
             remedy: None,
             is_standalone: false,
             takes_robot_keys: false,
+            is_overridable: false,
             takes_pushes: false,
             options: Vec::new(),
             variables: Vec::new(),

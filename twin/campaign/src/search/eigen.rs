@@ -5,14 +5,14 @@
 
 /// Square matrix, row by row.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Matrix {
+pub(crate) struct Matrix {
     size: usize,
     values: Vec<f64>,
 }
 
 /// Eigenvalues of a symmetric matrix, with an orthonormal eigenvector for each.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Eigen {
+pub(crate) struct Eigen {
     pub values: Vec<f64>,
     /// Vector `k` is column `k`.
     pub vectors: Matrix,
@@ -25,6 +25,17 @@ impl Matrix {
             *diagonal = 1.0;
         }
         Self { size, values }
+    }
+
+    pub fn zeros(size: usize) -> Self {
+        Self {
+            size,
+            values: vec![0.0; size * size],
+        }
+    }
+
+    pub fn set(&mut self, row: usize, column: usize, value: f64) {
+        *self.at_mut(row, column) = value;
     }
 
     pub fn at(&self, row: usize, column: usize) -> f64 {

@@ -15,6 +15,7 @@ mod swarm;
 
 pub use cma::{CmaEs, CmaSearch};
 pub use dimension::Dimension;
+pub(crate) use eigen::{Eigen, Matrix};
 pub use error::SearchError;
 pub use minimise::{Found, Progress};
 pub use particles::SwarmSearch;

@@ -21,7 +21,7 @@ use std::fmt;
 
 pub use accepts::Accepts;
 pub use declared::Declared;
-pub use record::{Field, Optional};
+pub use record::{Defaulted, Field, Optional};
 pub use reference::{KeyReference, TableReference};
 pub use shape::{Dialect, Plain, Shape};
 pub use types::{Read, Type, Words, choice, contextual, quantity};

@@ -3,7 +3,8 @@
 use super::{Key, KeySpec, Type};
 use crate::{Reported, Table};
 
-/// A field of a structure of [`record!`](crate::record): the type of a key, or [`Optional`].
+/// A field of a structure of [`record!`](crate::record): the type of a key, [`Optional`], or
+/// [`Defaulted`].
 pub trait Field {
     /// Value of the field.
     type Value;
@@ -42,8 +43,24 @@ impl<T: 'static> Field for Optional<T> {
     }
 }
 
+/// A key that may be absent, with the value that it then has, and the same in words.
+pub struct Defaulted<T: 'static>(pub Type<T>, pub T, pub &'static str);
+
+impl<T: Clone + 'static> Field for Defaulted<T> {
+    type Value = T;
+
+    fn read(&self, table: &Table<'_>, key: &str) -> Result<T, Reported> {
+        let value = table.optional(key, |item| (self.0.read)(item, &self.0.shape))?;
+        Ok(value.unwrap_or_else(|| self.1.clone()))
+    }
+
+    fn spec(self, key: &'static str, about: &'static str) -> KeySpec {
+        Key::new(key, self.0, about, "").otherwise(self.2).spec()
+    }
+}
+
 /// Declares a table as a structure whose fields are its keys: the doc comment describes the key,
-/// and its value has the type after `=`, which may be [`Optional`]. The constants `TABLE` and
+/// and its value has the type after `=`, which may be [`Optional`] or [`Defaulted`]. The constants `TABLE` and
 /// `TYPE` are for declarations that contain the table. Its reader reports all problems of the
 /// table, and then calls the function after `checked by`, if there is one. Fields after `and` are
 /// no keys; they have their default when a table is read.

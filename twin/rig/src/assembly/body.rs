@@ -46,6 +46,7 @@ impl Body {
         let standalone_model = registry.standalone_model(&ModelContext {
             plant: &scenario.plant,
             folder: &scenario.folder,
+            overrides: &scenario.overrides,
             seed: scenario.seed,
             kept,
         });

@@ -40,6 +40,7 @@ pub(crate) fn quantity(unit: Unit) -> &'static str {
         Unit::NewtonMeterPerAmpere => "TorqueConstant",
         Unit::Pascal => "Pressure",
         Unit::Kelvin => "Temperature",
+        Unit::JoulePerKelvin => "HeatCapacity",
         // A unit of a later kernel.
         _ => "Quantity",
     }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use twinrig_document::Overrides;
 use twinrig_kernel::{Direction, Port, SimDuration};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
@@ -39,6 +40,8 @@ pub struct ModelContext<'a> {
     pub plant: &'a PlantSpec,
     /// Folder that paths are relative to.
     pub folder: &'a Path,
+    /// Values that the scenario replaces in a robot file or in the file of the plant.
+    pub overrides: &'a Overrides,
     /// Seed of the run.
     pub seed: u64,
     /// Files of [`StandaloneModel::files`] stored in a recording; set when a recording is replayed,

@@ -34,6 +34,7 @@ pub(crate) mod rapier;
 mod rb110;
 mod sbcp;
 mod script;
+mod servo;
 pub mod setup;
 pub(crate) mod start;
 pub mod tactile;
@@ -46,7 +47,7 @@ use plant_kind::PlantKind;
 
 /// Returns the kinds of plants without methods to choose from.
 pub(crate) fn plants() -> Vec<PlantKind> {
-    vec![drives::kind(), bench::kind()]
+    vec![drives::kind(), bench::kind(), servo::kind()]
 }
 
 /// Returns the kinds of buses.

@@ -35,6 +35,7 @@ pub struct PlantKind {
     segment_masses: bool,
     model_of: Option<String>,
     takes_robot_keys: bool,
+    is_overridable: bool,
     takes_pushes: bool,
     ports: PlantPorts,
     build: Build,
@@ -84,6 +85,7 @@ impl PlantKind {
             segment_masses: true,
             model_of: None,
             takes_robot_keys: false,
+            is_overridable: false,
             takes_pushes: false,
             ports: Box::new(legged_ports),
             build,
@@ -120,6 +122,13 @@ impl PlantKind {
     #[must_use]
     pub fn with_robot_keys(mut self) -> Self {
         self.takes_robot_keys = true;
+        self
+    }
+
+    /// Declares that the standalone plant applies [`ModelContext::overrides`] to its file.
+    #[must_use]
+    pub fn with_overrides(mut self) -> Self {
+        self.is_overridable = true;
         self
     }
 
@@ -194,6 +203,7 @@ impl PlantKind {
             options: self.options.clone(),
             is_standalone: self.is_standalone(),
             takes_robot_keys: self.takes_robot_keys,
+            is_overridable: self.is_overridable,
             takes_pushes: self.takes_pushes,
             ..Kind::new(&self.name, &self.about)
         }

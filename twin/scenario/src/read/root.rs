@@ -13,7 +13,7 @@ use super::{
     sensor,
 };
 use crate::actuator::ActuatorSpec;
-use crate::catalogue::Catalogue;
+use crate::catalogue::{Catalogue, Kind};
 use crate::expect::Expectation;
 use crate::language::{Declared, Key, Shape, TableSpec, Type, contextual, table};
 use crate::scenario::{
@@ -42,8 +42,8 @@ table! {
         "time up to which the trajectory is predictable, as `twin study robustness` measures it",
         r#"horizon = "7.5 s""#, otherwise("not known");
     OVERRIDE: Overrides = "override", Type::new(Shape::Settings, |item, _| item.overrides()),
-        "replaced values of the robot file, by dotted key",
-        r#"override.leg.aslp.parallel.preload = "0 mm""#, needs("robot");
+        "replaced values of the robot file, or of the file of a bench, by dotted key",
+        r#"override.leg.aslp.parallel.preload = "0 mm""#;
     PLANT: () = "plant", contextual(Shape::Table(plant::plant_table::TABLE)),
         "model of the physics, ground, initial pose", r#"plant = { model = "lcp" }"#, required();
     ACTUATOR: () = "actuator", contextual(Shape::Table(actuator::actuator_table::TABLE)),
@@ -102,26 +102,25 @@ fn robot(
     catalogue: &Catalogue,
 ) -> Result<Option<Placed<String>>, Reported> {
     use root_table::{OVERRIDE, ROBOT};
-    if table.has(&ROBOT) || !is_standalone(table, catalogue) {
+    let standalone = standalone(table, catalogue);
+    let (false, Some(kind)) = (table.has(&ROBOT), standalone) else {
         return table.read(&ROBOT).map(Some);
-    }
+    };
     table.expect(&ROBOT);
-    if table.has(&OVERRIDE) {
+    if table.has(&OVERRIDE) && !kind.is_overridable {
         let message = "[override] requires a robot";
         return Err(table.report(&OVERRIDE, message, "set `robot`, or leave the table out"));
     }
     Ok(None)
 }
 
-/// Returns whether the plant is of a standalone kind, in this build or in another.
-fn is_standalone(table: Declared<'_, '_>, catalogue: &Catalogue) -> bool {
+/// Returns the kind of a standalone plant, in this build or in another; none of another plant.
+fn standalone<'c>(table: Declared<'_, '_>, catalogue: &'c Catalogue) -> Option<&'c Kind> {
     let plant = table.item(&root_table::PLANT);
     let model = plant.and_then(|plant| plant.peek(plant::plant_table::MODEL.name));
-    let Some(Ok(name)) = model.as_ref().map(Item::text) else {
-        return false;
-    };
+    let name = model?.text().ok()?;
     let mut kinds = catalogue.plants.iter();
-    kinds.any(|kind| kind.name == name && kind.is_standalone)
+    kinds.find(|kind| kind.name == name && kind.is_standalone)
 }
 
 /// Source of a scenario.

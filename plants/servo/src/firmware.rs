@@ -1,0 +1,155 @@
+//! The position controller: commands after their delay, a profile of the set-point, a duty cycle.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{SimDuration, SimTime};
+
+use crate::model::Bridge;
+use crate::parameters::Controller;
+
+/// A command: position \[rad\], and whether the torque is on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Command {
+    pub position: f64,
+    pub enabled: bool,
+}
+
+/// State of the controller.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FirmwareState {
+    /// Commands under way, with the instants from which they are in force.
+    pending: VecDeque<(SimTime, Command)>,
+    /// Command in force.
+    command: Command,
+    /// Set-point of the profile, and its rate.
+    set_point: f64,
+    set_rate: f64,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Firmware {
+    controller: Controller,
+    per_radian: f64,
+    delay: SimDuration,
+    period: SimDuration,
+    pub state: FirmwareState,
+}
+
+impl Firmware {
+    pub(crate) fn new(controller: &Controller, angle: f64) -> Self {
+        let period = duration(controller.period);
+        let delay = duration(controller.command_delay);
+        let command = Command {
+            position: angle,
+            enabled: true,
+        };
+        let pending = delay.as_nanos() / period.as_nanos() + 2;
+        Self {
+            controller: *controller,
+            per_radian: controller.counts as f64 / core::f64::consts::TAU,
+            delay,
+            period,
+            state: FirmwareState {
+                pending: VecDeque::with_capacity(usize::try_from(pending).unwrap_or_default()),
+                command,
+                set_point: angle,
+                set_rate: 0.0,
+            },
+        }
+    }
+
+    /// Holds the shaft at `angle`, and forgets the commands under way.
+    pub(crate) fn restart(&mut self, angle: f64) {
+        self.state.pending.clear();
+        self.state.command = Command {
+            position: angle,
+            enabled: true,
+        };
+        (self.state.set_point, self.state.set_rate) = (angle, 0.0);
+    }
+
+    pub(crate) fn period(&self) -> SimDuration {
+        self.period
+    }
+
+    /// Accepts a command that arrives at `now`; `tick` is the next step of the controller. Of the
+    /// commands that come into force at the same step the last one counts.
+    pub(crate) fn command(&mut self, now: SimTime, tick: SimTime, command: Command) {
+        let arrival = now + self.delay;
+        let late = arrival.max(tick) - tick;
+        let steps = late.as_nanos().div_ceil(self.period.as_nanos());
+        let due = tick + SimDuration::from_nanos(steps * self.period.as_nanos());
+        match self.state.pending.back_mut() {
+            Some((last, pending)) if *last == due => *pending = command,
+            _ => self.state.pending.push_back((due, command)),
+        }
+    }
+
+    /// A step of the controller at `tick`, where the shaft is at `angle` \[rad\].
+    pub(crate) fn step(&mut self, tick: SimTime, angle: f64) -> Bridge {
+        while let Some((due, command)) = self.state.pending.front() {
+            if *due > tick {
+                break;
+            }
+            self.state.command = *command;
+            self.state.pending.pop_front();
+        }
+        if !self.state.command.enabled {
+            (self.state.set_point, self.state.set_rate) = (angle, 0.0);
+            return Bridge::Open;
+        }
+        self.follow_profile();
+        let (set, at) = (
+            self.state.set_point * self.per_radian,
+            angle * self.per_radian,
+        );
+        let error = if self.controller.quantized {
+            set.round() - at.round()
+        } else {
+            set - at
+        };
+        let limit = self.controller.duty_limit;
+        let duty = self.controller.gain * self.controller.duty_per_count * error;
+        Bridge::Duty(duty.clamp(-limit, limit))
+    }
+
+    /// Moves the set-point towards the command, at the greatest speed and acceleration.
+    fn follow_profile(&mut self) {
+        let target = self.state.command.position;
+        let Controller {
+            profile_speed,
+            profile_acceleration,
+            period,
+            ..
+        } = self.controller;
+        if profile_speed.is_none() && profile_acceleration.is_none() {
+            self.state.set_point = target;
+            return;
+        }
+        let distance = target - self.state.set_point;
+        let mut rate = profile_speed.unwrap_or(f64::INFINITY);
+        if let Some(acceleration) = profile_acceleration {
+            // The rate from which the set-point can still stop at the target, after a whole step.
+            let gain = acceleration * period;
+            let stopping = (0.25 * gain * gain + 2.0 * acceleration * distance.abs()).sqrt();
+            rate = rate.min((stopping - 0.5 * gain).max(0.0));
+            let wanted = rate.copysign(distance);
+            let change = (wanted - self.state.set_rate).clamp(-gain, gain);
+            self.state.set_rate += change;
+        } else {
+            self.state.set_rate = rate.copysign(distance);
+        }
+        let moved = self.state.set_rate * period;
+        if moved.abs() >= distance.abs() && moved * distance >= 0.0 {
+            (self.state.set_point, self.state.set_rate) = (target, 0.0);
+        } else {
+            self.state.set_point += moved;
+        }
+    }
+}
+
+/// Returns a duration that the ranges of the parameters admit.
+pub(crate) fn duration(seconds: f64) -> SimDuration {
+    SimDuration::try_from_secs_f64(seconds).unwrap_or(SimDuration::ZERO)
+}

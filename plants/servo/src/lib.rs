@@ -1,0 +1,56 @@
+//! Serial servos: a position controller in firmware, a bridge at a supply with resistance, a
+//! direct-current motor whose winding heats up, and a gear with friction. [`ServoBench`] is a plant:
+//! one such servo that moves a mass on an arm in a vertical plane, as on the benches on which
+//! servos are measured.
+//!
+//! ```
+//! use twinrig_kernel::{SimDuration, SimTime};
+//! use twinrig_runtime::Plant;
+//! use twinrig_servo::{ServoBench, ServoBenchFile};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let file = ServoBenchFile::find("xl330", "".as_ref())?.ok_or("no bench")?;
+//! let mut bench = ServoBench::new(&file.bench()?, &|signal| signal == "servo/angle");
+//! // Half a radian upwards: gravity and friction leave an error of position.
+//! bench.advance(SimTime::ZERO + SimDuration::from_secs(1), &[0.5, 1.0])?;
+//! let mut angle = [0.0];
+//! bench.observe(&mut angle);
+//! assert!((0.3..0.5).contains(&angle[0]), "{angle:?}");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Equations
+//!
+//! With the angle q, which is 0 where the arm hangs down up to the offset q₀, its rate ω, the duty
+//! cycle d and the motor's current I:
+//!
+//! ```text
+//! I = (d V − k ω)/(R_w + R_s d²)             |I| ≤ I_max
+//! R_w = R (1 + α θ)        C θ' = R_w I² − C θ/T
+//! τ_m = k I                τ_g = −(m l + m_a l/2) g sin(q + q₀)
+//! (J_m + J_l) ω' = τ_m + τ_g − s τ_f         J_l = m l² + m_a l²/3
+//! ```
+//!
+//! V and R_s are the voltage and the resistance of the supply, whose mean current is d I. θ is the
+//! rise of the temperature of the winding, α the temperature coefficient of copper. With the torque
+//! off the bridge is open: I = 0. s is the direction of motion, τ_f ≥ 0 the friction
+//! ([`Friction`], [`GearLoss`]). A shaft at rest stays there while the other torques do not exceed
+//! τ_f(0); the instant at which it comes to rest is located within a step.
+//!
+//! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
+//! compliance of the gear.
+
+mod error;
+mod file;
+mod firmware;
+mod friction;
+mod model;
+mod parameters;
+mod plant;
+mod ranges;
+
+pub use error::ServoBenchError;
+pub use file::ServoBenchFile;
+pub use friction::{Friction, GearLoss};
+pub use parameters::{BenchLoad, Controller, Heating, ServoBenchParameters, ServoMotor, Supply};
+pub use plant::ServoBench;

@@ -1,0 +1,362 @@
+//! Motion of a servo on its bench beside closed forms, and its properties as a plant.
+
+use proptest::prelude::*;
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_runtime::Plant;
+use twinrig_servo::{
+    Friction, GearLoss, Heating, ServoBench, ServoBenchFile, ServoBenchParameters,
+};
+
+const GRAVITY: f64 = 9.80665;
+
+fn sound() -> ServoBenchParameters {
+    let file = ServoBenchFile::find("xl330", "".as_ref()).unwrap().unwrap();
+    file.bench().unwrap()
+}
+
+/// The servo without friction, losses, heating, delays and quantisation.
+fn ideal() -> ServoBenchParameters {
+    let mut servo = sound();
+    servo.friction = frictionless();
+    servo.gear = GearLoss::NONE;
+    servo.motor.heating = None;
+    servo.supply.resistance = 0.0;
+    servo.load.offset = 0.0;
+    (
+        servo.controller.command_delay,
+        servo.controller.reading_delay,
+    ) = (0.0, 0.0);
+    servo.controller.quantized = false;
+    servo
+}
+
+fn frictionless() -> Friction {
+    Friction {
+        viscous: 0.0,
+        coulomb: 0.0,
+        stribeck: 0.0,
+        stribeck_rate: 0.1,
+        stribeck_exponent: 1.0,
+        motor_load: 0.0,
+        external_load: 0.0,
+        stribeck_motor_load: 0.0,
+        stribeck_external_load: 0.0,
+        motor_load_square: 0.0,
+        external_load_square: 0.0,
+    }
+}
+
+/// A bench with some outputs, from a state of angle and rate.
+struct Run {
+    bench: ServoBench,
+    outputs: Vec<f64>,
+}
+
+impl Run {
+    fn new(servo: &ServoBenchParameters, outputs: &[&str], [angle, rate]: [f64; 2]) -> Self {
+        let names: Vec<String> = outputs.iter().map(|&name| name.to_owned()).collect();
+        let mut bench = ServoBench::new(servo, &|name| names.iter().any(|it| it == name)).unwrap();
+        let state = bench.state().unwrap();
+        let state = state
+            .with("servo/angle", &[angle])
+            .with("servo/rate", &[rate]);
+        bench.resume_from(&state).unwrap();
+        Self {
+            bench,
+            outputs: vec![0.0; outputs.len()],
+        }
+    }
+
+    /// Outputs at an instant \[s\], with the inputs until then.
+    fn at(&mut self, seconds: f64, inputs: [f64; 2]) -> Vec<f64> {
+        let time = SimTime::ZERO + SimDuration::try_from_secs_f64(seconds).unwrap();
+        self.bench.advance(time, &inputs).unwrap();
+        self.bench.observe(&mut self.outputs);
+        self.outputs.clone()
+    }
+}
+
+const OFF: [f64; 2] = [0.0, 0.0];
+
+/// Complete elliptic integral of the first kind, by the arithmetic-geometric mean.
+fn elliptic(k: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());
+    while (a - b).abs() > 1e-15 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    core::f64::consts::FRAC_PI_2 / a
+}
+
+#[test]
+fn free_swing_without_friction_has_the_period_of_the_pendulum() {
+    let servo = ideal();
+    let inertia = servo.motor.inertia + servo.load.mass * 0.01;
+    let natural = (servo.load.mass * GRAVITY * 0.1 / inertia).sqrt();
+    for amplitude in [0.1, 1.0, 2.5] {
+        let period = 4.0 * elliptic((0.5_f64 * amplitude).sin()) / natural;
+        let mut run = Run::new(&servo, &["servo/angle", "servo/rate"], [amplitude, 0.0]);
+        let [angle, rate] = run.at(3.0 * period, OFF)[..] else {
+            unreachable!("two outputs");
+        };
+        // Of second order: 2e-5 rad at 1 ms and 2.5 rad.
+        assert!((angle - amplitude).abs() < 1e-4, "{amplitude}: {angle}");
+        assert!(rate.abs() < 5e-3 * natural, "{amplitude}: {rate}");
+    }
+}
+
+#[test]
+fn coulomb_friction_takes_its_work_of_each_swing_and_holds_the_arm_at_the_end() {
+    let mut servo = ideal();
+    servo.friction.coulomb = 0.02;
+    let weight = servo.load.mass * GRAVITY * 0.1;
+    let mut run = Run::new(&servo, &["servo/angle", "servo/rate"], [1.2, 0.0]);
+    let (mut turning, mut last_rate) = (vec![1.2_f64], 0.0);
+    let mut angle = 1.2;
+    for step in 1..8_000 {
+        let outputs = run.at(f64::from(step) * 1e-3, OFF);
+        let rate = outputs[1];
+        if rate * last_rate < 0.0 || (rate == 0.0 && last_rate != 0.0) {
+            turning.push(angle);
+        }
+        (angle, last_rate) = (outputs[0], rate);
+    }
+    assert!(turning.len() > 8, "{turning:?}");
+    for pair in turning.windows(2) {
+        let [one, other] = [pair[0].abs(), pair[1].abs()];
+        let lost = weight * (libm::cos(other) - libm::cos(one));
+        // Turning points are known to a sample: 1 ms at 40 rad/s² is 2e-5 rad.
+        assert!((lost - 0.02 * (one + other)).abs() < 2e-4, "{turning:?}");
+    }
+    assert_eq!(last_rate, 0.0);
+    assert!((weight * angle.sin()).abs() <= 0.02);
+}
+
+#[test]
+fn rate_under_full_duty_approaches_its_limit_with_the_time_constant_of_the_motor() {
+    let mut servo = ideal();
+    servo.load.mass = 0.0;
+    servo.friction.viscous = 0.002;
+    servo.controller.gain = 1e5;
+    let motor = servo.motor;
+    let damping = motor.torque_constant * motor.torque_constant / motor.resistance + 0.002;
+    let stall = motor.torque_constant * servo.supply.voltage / motor.resistance;
+    let mut run = Run::new(&servo, &["servo/rate", "servo/duty"], [0.0, 0.0]);
+    for step in 1..100 {
+        let seconds = f64::from(step) * 1.7e-3;
+        let outputs = run.at(seconds, [1e4, 1.0]);
+        let exact = stall / damping * -libm::expm1(-seconds * damping / motor.inertia);
+        assert_eq!(outputs[1], 1.0);
+        // The midpoint rule at 1 ms, of a time constant of 33 ms: (h/τ)²/6.
+        assert!(
+            (outputs[0] - exact).abs() < 2e-4 * stall / damping,
+            "{seconds}"
+        );
+    }
+}
+
+/// The arm is held against a torque of gravity between that of a driven and that of a driving gear.
+#[test]
+fn gear_holds_the_arm_between_the_torques_of_both_directions() {
+    let mut servo = ideal();
+    servo.gear = GearLoss {
+        driving: 0.3,
+        static_driving: 0.2,
+        driven: 0.1,
+        static_driven: 0.4,
+        ..GearLoss::NONE
+    };
+    let angle = 0.6;
+    let gravity = servo.load.mass * GRAVITY * 0.1 * libm::sin(angle);
+    let per_duty = servo.motor.torque_constant * servo.supply.voltage / servo.motor.resistance;
+    let per_radian = 400.0 * servo.controller.duty_per_count * 4096.0 / core::f64::consts::TAU;
+    let moves = |torque: f64| {
+        let command = angle + torque / per_duty / per_radian;
+        let mut run = Run::new(&servo, &["servo/rate"], [angle, 0.0]);
+        run.at(2e-3, [command, 1.0])[0].partial_cmp(&0.0).unwrap() as i8
+    };
+    for (torque, direction) in [
+        (1.5 * 1.001, 1),
+        (1.5 * 0.999, 0),
+        (1.0, 0),
+        (0.5 * 1.001, 0),
+        (0.5 * 0.999, -1),
+        (0.0, -1),
+    ] {
+        assert_eq!(moves(torque * gravity), direction, "{torque}");
+    }
+}
+
+#[test]
+fn supply_sags_and_current_is_limited() {
+    let mut servo = ideal();
+    servo.load.mass = 1e3 / 20.0;
+    servo.supply.resistance = 0.5;
+    servo.controller.gain = 1e5;
+    let outputs = ["servo/supply", "servo/current"];
+    // An arm that does not move in the first milliseconds.
+    let stalled =
+        |servo: &ServoBenchParameters| Run::new(servo, &outputs, [0.0, 0.0]).at(1e-3, [3.0, 1.0]);
+    let [volts, winding] = [servo.supply.voltage, servo.motor.resistance];
+    let at_rest = volts / (winding + 0.5);
+    let free = stalled(&servo);
+    assert!((free[1] / at_rest - 1.0).abs() < 1e-3, "{free:?}");
+    assert!((free[0] - (volts - 0.5 * free[1])).abs() < 1e-12);
+    servo.motor.current_limit = Some(1.0);
+    assert_eq!(stalled(&servo), [volts - 0.5, 1.0]);
+}
+
+/// A held arm: the current of a constant duty cycle falls as its power heats the winding.
+#[test]
+fn winding_heats_up_by_its_power_and_cools_exponentially() {
+    let mut servo = ideal();
+    servo.friction.coulomb = 10.0;
+    let heating = Heating {
+        capacity: 0.5,
+        cooling: Some(2.0),
+    };
+    servo.motor.heating = Some(heating);
+    servo.controller.gain = 1e5;
+    let mut run = Run::new(&servo, &["servo/current"], [0.0, 0.0]);
+    let cold = servo.supply.voltage / servo.motor.resistance;
+    let current = run.at(60.0, [3.0, 1.0])[0];
+    let winding = servo.supply.voltage / current;
+    let rise = (winding / servo.motor.resistance - 1.0) / 3.93e-3;
+    let power = servo.supply.voltage * current;
+    assert!(current < cold);
+    assert!((rise - power * 2.0 / 0.5).abs() < 1e-3, "{rise} K");
+    let heat = |run: &Run| {
+        run.bench
+            .state()
+            .unwrap()
+            .get("servo/winding/heat")
+            .unwrap()[0]
+    };
+    let before = heat(&run);
+    run.at(62.0, OFF);
+    // The command to open the bridge is in force within a period.
+    assert!((heat(&run) / before - libm::exp(-1.0)).abs() < 1e-3);
+}
+
+#[test]
+fn energy_residual_falls_with_the_square_of_the_period() {
+    let residual = |period: f64| {
+        let mut servo = sound();
+        servo.controller.period = period;
+        servo.controller.quantized = false;
+        let mut run = Run::new(&servo, &[], [1.3, 0.0]);
+        run.at(0.1, OFF);
+        run.at(0.3, OFF);
+        run.bench.energy().residual.abs()
+    };
+    let [coarse, fine] = [residual(4e-3), residual(1e-3)];
+    assert!(coarse < 1e-3 && fine < coarse / 8.0, "{coarse} {fine}");
+}
+
+#[test]
+fn command_is_in_force_from_the_first_step_after_its_delay() {
+    let mut servo = ideal();
+    servo.controller.command_delay = 2.3e-3;
+    let mut run = Run::new(&servo, &["servo/duty"], [0.0, 0.0]);
+    run.at(0.5e-3, [0.0, 1.0]);
+    // It arrives at 0.5 ms and is in force from the step at 3 ms.
+    assert_eq!(run.at(2.999e-3, [0.5, 1.0]), [0.0]);
+    assert!(run.at(3.001e-3, [0.5, 1.0])[0] > 0.0);
+}
+
+#[test]
+fn position_is_read_in_counts_and_after_its_delay() {
+    let mut servo = ideal();
+    servo.controller.reading_delay = 3e-3;
+    let names = ["servo/angle", "servo/reading", "servo/position"];
+    let mut run = Run::new(&servo, &names, [1.0, 0.0]);
+    let count = core::f64::consts::TAU / 4096.0;
+    let earlier = run.at(0.1, OFF)[0];
+    let [_, reading, position] = run.at(0.103, OFF)[..] else {
+        unreachable!("three outputs");
+    };
+    assert!((reading - earlier).abs() < 1e-12);
+    assert!((position / count - (earlier / count).round()).abs() < 1e-9);
+}
+
+#[test]
+fn profile_obeys_its_limits_and_ends_at_the_command() {
+    let mut servo = ideal();
+    // A stiff controller shows the set-point, 0.02 rad below it under gravity.
+    servo.controller.gain = 1e4;
+    servo.controller.profile_speed = Some(2.0);
+    servo.controller.profile_acceleration = Some(10.0);
+    let mut run = Run::new(&servo, &["servo/angle", "servo/rate"], [0.0, 0.0]);
+    let mut fastest: f64 = 0.0;
+    for step in 1..1500 {
+        let outputs = run.at(f64::from(step) * 1e-3, [1.0, 1.0]);
+        fastest = fastest.max(outputs[1]);
+    }
+    let angle = run.at(2.0, [1.0, 1.0])[0];
+    assert!((angle - 1.0).abs() < 0.03, "{angle}");
+    assert!((1.8..2.5).contains(&fastest), "{fastest}");
+    // 0.2 s of acceleration, 0.3 s of speed, 0.2 s of deceleration.
+    let mut run = Run::new(&servo, &["servo/angle"], [0.0, 0.0]);
+    let half = run.at(0.35, [1.0, 1.0])[0];
+    assert!((half - 0.5).abs() < 0.05, "{half}");
+}
+
+#[test]
+fn stiff_motor_is_refused() {
+    let mut servo = sound();
+    servo.motor.inertia = 1e-8;
+    servo.load.mass = 0.0;
+    servo.motor.resistance = 1e-3;
+    assert!(ServoBench::new(&servo, &|_| true).is_err());
+}
+
+proptest! {
+    /// A part whose parameters are zero, and one that is not in the file, give the same bits.
+    #[test]
+    fn trajectory_depends_neither_on_observation_nor_on_saving(
+        cuts in proptest::collection::vec(0.0_f64..1.0, 1..20), goal in -1.5_f64..1.5,
+        delay in 0.0_f64..0.004,
+    ) {
+        let mut servo = sound();
+        servo.controller.command_delay = delay;
+        let goals = |step: u32| [goal * libm::sin(f64::from(step)), f64::from(u8::from(step % 7 != 6))];
+        let mut once = Run::new(&servo, &["servo/position", "servo/duty"], [0.1, 0.0]);
+        let mut split = Run::new(&servo, &["servo/position", "servo/duty"], [0.1, 0.0]);
+        for step in 1..40_u32 {
+            let from = f64::from(step - 1) * 5.3e-3;
+            let mut instants: Vec<f64> = cuts.iter().map(|cut| from + cut * 5.2e-3 + 1e-6).collect();
+            instants.sort_by(f64::total_cmp);
+            instants.dedup();
+            for instant in instants {
+                split.at(instant, goals(step));
+            }
+            let saved = split.bench.save();
+            let mut restored = Run::new(&servo, &["servo/position", "servo/duty"], [0.0, 0.0]);
+            restored.bench.restore(&saved).unwrap();
+            split = restored;
+            let to = f64::from(step) * 5.3e-3;
+            prop_assert_eq!(once.at(to, goals(step)), split.at(to, goals(step)));
+            prop_assert_eq!(once.bench.state(), split.bench.state());
+        }
+    }
+
+    /// Whatever the parameters, friction only takes energy.
+    #[test]
+    fn friction_takes_energy_only(
+        shares in proptest::array::uniform4(0.0_f64..0.9), coulomb in 0.0_f64..0.1,
+        stribeck in 0.0_f64..0.1, start in -3.0_f64..3.0, goal in -3.0_f64..3.0,
+    ) {
+        let mut servo = sound();
+        let [driving, driven, static_driving, static_driven] = shares;
+        servo.gear = GearLoss { driving, driven, static_driving, static_driven, ..GearLoss::NONE };
+        servo.friction.coulomb = coulomb;
+        servo.friction.stribeck = stribeck;
+        let mut run = Run::new(&servo, &["servo/angle"], [start, 0.0]);
+        let mut before = 0.0;
+        for step in 1..60 {
+            run.at(f64::from(step) * 10e-3, [goal, f64::from(u8::from(step < 30))]);
+            let dissipated = run.bench.energy().dissipated;
+            prop_assert!(dissipated >= before);
+            before = dissipated;
+        }
+    }
+}
