@@ -41,6 +41,8 @@
 
 pub mod engine;
 #[cfg(not(target_family = "wasm"))]
+pub mod identification;
+#[cfg(not(target_family = "wasm"))]
 pub mod least_squares;
 #[cfg(not(target_family = "wasm"))]
 pub mod optimization;

@@ -9,6 +9,7 @@ mod doctor;
 mod draw;
 mod examples;
 mod export;
+mod fit;
 mod import;
 mod list;
 mod new;
@@ -38,6 +39,7 @@ pub use doctor::DoctorArgs;
 pub use draw::DrawArgs;
 pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, RecordedArgs, UrdfArgs};
+pub use fit::FitArgs;
 pub use import::{ImportArgs, ImportCommand, ImportFileArgs};
 pub use list::ListArgs;
 pub use new::{NewArgs, NewKind};
@@ -113,6 +115,13 @@ pub enum Command {
     Sweep(SweepArgs),
     /// Search the settings of a scenario with the best value of an expectation
     Optimize(OptimizeArgs),
+    /// Fit parameters of a twin to recordings, with their intervals
+    ///
+    /// The twin plays the commands of each recording at their own times, and its outputs are
+    /// compared with the recorded signals at theirs. Prints the parameters with intervals of 95 %,
+    /// the directions that the recordings cannot tell, and the residuals; writes them to a folder,
+    /// with an overlay that robots and benches include.
+    Fit(FitArgs),
     /// Draw a robot as SVG: a leg with its dimensions, extended and bent; side and top view
     Draw(DrawArgs),
     /// Write a robot or a scenario in the format of another program
@@ -156,6 +165,7 @@ impl Command {
             | Self::Study(_)
             | Self::Sweep(_)
             | Self::Optimize(_)
+            | Self::Fit(_)
             | Self::Thesis(_) => true,
             Self::Plan(args) => args.sufficient,
             Self::Accept(_)
@@ -192,6 +202,7 @@ impl Command {
             Self::Cell(args) => args.json(),
             Self::Sweep(args) => args.json,
             Self::Optimize(args) => args.json,
+            Self::Fit(args) => args.json,
             Self::Study(args) => args.study.request().frame().json,
             Self::Thesis(args) => args.json,
             Self::Doctor(args) => args.json,

@@ -44,6 +44,7 @@ mod figure;
 mod fit;
 mod gait;
 mod gait_map;
+mod identification;
 mod incidents;
 mod machine;
 mod measured;
@@ -88,6 +89,10 @@ pub use feedback::{
 };
 pub use gait::run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 pub use gait_map::{GaitMap, GaitMapInput, GaitPoint};
+pub use identification::{
+    FitError, FitOutcome, FitProgress, FitRequest, FittedParameter, HeldOut, RecordingResidual,
+    UnknownDirection, fit, fit_page,
+};
 pub use machine::Machine;
 pub use measured::{Measuring, PartStore, Start, Starts};
 pub use modulation::ModulationOptions;

@@ -1,5 +1,6 @@
 //! Derivatives of residuals by central differences.
 
+use rayon::ThreadPool;
 use rayon::prelude::*;
 use twinrig_runtime::interrupt;
 
@@ -24,23 +25,28 @@ impl Jacobian {
     ///
     /// # Errors
     /// [`Failure`] where the model has no result beside the point.
-    pub fn chosen(model: &dyn Residuals, point: &[f64], greatest: f64) -> Result<Self, Failure> {
-        let columns = (0..point.len()).into_par_iter();
+    pub(super) fn chosen(
+        model: &dyn Residuals,
+        point: &[f64],
+        greatest: f64,
+        threads: &ThreadPool,
+    ) -> Result<Self, Failure> {
         let token = interrupt::current();
-        let columns: Vec<_> = columns
-            .map(|parameter| {
-                interrupt::in_scope(token.as_ref(), || {
-                    chosen_column(model, point, parameter, greatest)
-                        .ok_or(Failure::Derivative { parameter })
-                })
+        let column = |parameter: usize| {
+            interrupt::in_scope(token.as_ref(), || {
+                let column = chosen_column(model, point, parameter, greatest);
+                column.ok_or(Failure::Derivative { parameter })
             })
-            .collect::<Result<_, _>>()?;
+        };
+        let parameters = 0..point.len();
+        let columns: Result<Vec<_>, Failure> =
+            threads.install(|| parameters.into_par_iter().map(column).collect());
         let mut jacobian = Self {
             columns: Vec::new(),
             errors: Vec::new(),
             steps: Vec::new(),
         };
-        for (column, error, step) in columns {
+        for (column, error, step) in columns? {
             jacobian.columns.push(column);
             jacobian.errors.push(error);
             jacobian.steps.push(step);
@@ -52,16 +58,21 @@ impl Jacobian {
     ///
     /// # Errors
     /// [`Failure`] where the model has no result beside the point.
-    pub fn move_to(&mut self, model: &dyn Residuals, point: &[f64]) -> Result<(), Failure> {
+    pub(super) fn move_to(
+        &mut self,
+        model: &dyn Residuals,
+        point: &[f64],
+        threads: &ThreadPool,
+    ) -> Result<(), Failure> {
         let token = interrupt::current();
-        let steps = self.steps.par_iter().enumerate();
-        self.columns = steps
-            .map(|(parameter, step)| {
-                interrupt::in_scope(token.as_ref(), || {
-                    column(model, point, parameter, *step).ok_or(Failure::Derivative { parameter })
-                })
+        let derivative = |(parameter, step): (usize, &f64)| {
+            interrupt::in_scope(token.as_ref(), || {
+                column(model, point, parameter, *step).ok_or(Failure::Derivative { parameter })
             })
-            .collect::<Result<_, _>>()?;
+        };
+        let steps = self.steps.par_iter().enumerate();
+        let columns: Result<_, Failure> = threads.install(|| steps.map(derivative).collect());
+        self.columns = columns?;
         Ok(())
     }
 }

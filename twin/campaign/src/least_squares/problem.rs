@@ -58,6 +58,8 @@ pub struct LeastSquares {
     pub tolerance: f64,
     /// Greatest step of differences, as a share of the ranges.
     pub difference: f64,
+    /// Threads, without influence on the result.
+    pub threads: usize,
 }
 
 /// Reason why there is no minimum.
@@ -72,6 +74,9 @@ pub enum Failure {
         /// Index of the parameter.
         parameter: usize,
     },
+    /// The threads could not be started.
+    #[error("cannot start threads: {0}")]
+    Threads(String),
     /// The caller or an interrupt ended it.
     #[error("interrupted after {0} steps")]
     Interrupted(usize),

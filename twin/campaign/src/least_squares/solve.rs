@@ -53,10 +53,13 @@ impl LeastSquares {
         start: &[f64],
         progress: &mut dyn FnMut(Step<'_>) -> bool,
     ) -> Result<Minimum, Failure> {
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(self.threads);
+        let threads = threads.build();
+        let threads = &threads.map_err(|error| Failure::Threads(error.to_string()))?;
         let mut point: Vec<f64> = start.iter().map(|share| share.clamp(0.0, 1.0)).collect();
         let mut residuals = model.at(&point).ok_or(Failure::Start)?;
         let mut cost = self.cost(&residuals);
-        let mut jacobian = Jacobian::chosen(model, &point, self.difference)?;
+        let mut jacobian = Jacobian::chosen(model, &point, self.difference, threads)?;
         let (mut damping, mut stalled, mut converged) = (DAMPING, 0, false);
         let mut iteration = 0;
         while iteration < self.iterations && !converged {
@@ -102,10 +105,10 @@ impl LeastSquares {
                 return Err(Failure::Interrupted(iteration));
             }
             if !converged {
-                jacobian.move_to(model, &point)?;
+                jacobian.move_to(model, &point, threads)?;
             }
         }
-        let jacobian = Jacobian::chosen(model, &point, self.difference)?;
+        let jacobian = Jacobian::chosen(model, &point, self.difference, threads)?;
         Ok(Minimum {
             point,
             cost,

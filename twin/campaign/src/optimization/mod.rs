@@ -11,7 +11,7 @@ mod case;
 mod cost;
 mod csv;
 mod result;
-mod space;
+pub(crate) mod space;
 
 pub use case::SearchCase;
 pub use cost::{CostRule, Evaluation, JudgedExpectation, RunClass};

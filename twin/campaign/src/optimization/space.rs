@@ -61,7 +61,7 @@ table! {
 
 table! {
     /// Keys of `[[dimension]]`.
-    pub(super) dimension_table = TableSpec::new("[[dimension]]", "setting that is searched");
+    pub(crate) dimension_table = TableSpec::new("[[dimension]]", "setting that is searched");
     KEY: Placed<String> = "key", Type::PLACED,
         "dotted key of the scenario, or name of a process variable", r#"key = "hip_height/fore""#,
         required();
@@ -310,7 +310,7 @@ fn constraints(item: &Item<'_>) -> Result<ConstraintChoice, Reported> {
     Err(item.report(message, format!("write {CONSTRAINTS} = [{:?}]", word.value)))
 }
 
-fn dimension(item: &Item<'_>) -> Result<SpaceDimension, Reported> {
+pub(crate) fn dimension(item: &Item<'_>) -> Result<SpaceDimension, Reported> {
     use dimension_table::{FROM, KEY, SCALE, TO};
     let table = &item.table()?;
     let keys = dimension_table::TABLE.of(table);

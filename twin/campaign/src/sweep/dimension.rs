@@ -128,7 +128,8 @@ impl ValueInterval {
         SweepValue::quantity(if is_meant { short } else { number }, self.unit)
     }
 
-    fn number_at(&self, share: f64) -> f64 {
+    /// Returns the number at a share of the interval, 0 to 1; the ends are exact.
+    pub fn number_at(&self, share: f64) -> f64 {
         let between = |from: f64, to: f64| from * (1.0 - share) + to * share;
         let number = if share <= 0.0 {
             self.from

@@ -12,6 +12,7 @@ mod doctor;
 mod draw;
 mod examples;
 mod export;
+mod fit;
 mod import;
 mod list;
 mod live;
@@ -213,6 +214,7 @@ fn command(registry: &Registry, command: Command, terminal: &mut Terminal<'_>) -
         Command::Study(args) => study::study(registry, &args, terminal),
         Command::Sweep(args) => sweep::sweep(registry, &args, terminal),
         Command::Optimize(args) => optimize::optimize(registry, &args, terminal),
+        Command::Fit(args) => fit::fit(registry, &args, terminal),
         Command::Cell(args) => cell::cell(registry, &args, terminal),
         Command::Thesis(args) => thesis::thesis(registry, &args, terminal),
         Command::Export(args) => export::export(registry, &args, terminal),

@@ -56,6 +56,12 @@ pub enum Error {
         /// Remedy.
         help: String,
     },
+    /// A fit that is not possible.
+    #[error("error: {0}")]
+    Fit(#[from] crate::identification::FitError),
+    /// A recording that cannot be read.
+    #[error("error: {0}")]
+    Recording(#[from] twinrig_record::RecordError),
     /// Failure of a store of rows.
     #[error("error: {source}")]
     Store {

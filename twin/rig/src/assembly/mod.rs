@@ -188,7 +188,10 @@ impl<'r> Assembly<'r> {
 
     /// Builds the plant of the scene alone, without the sensors and the coupling of its rig; it
     /// computes `also` besides the required outputs.
-    pub(crate) fn bare_plant(&self, also: &[String]) -> Result<Box<dyn Plant>, Error> {
+    ///
+    /// # Errors
+    /// A plant that cannot be built.
+    pub fn bare_plant(&self, also: &[String]) -> Result<Box<dyn Plant>, Error> {
         let wanted = [&self.scene.wanted, also].concat();
         let outputs = &self.facts.plant_outputs;
         self.part_builder()

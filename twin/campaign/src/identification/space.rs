@@ -1,0 +1,289 @@
+//! Reading of the search space of a fit.
+
+use std::path::Path;
+
+use twinrig_document::declaration::{
+    Key, Shape, TableReference, TableSpec, Type, contextual, quantity, table,
+};
+use twinrig_document::{Document, DocumentError, Item, Placed, Range, Reported, Table};
+use twinrig_kernel::Unit;
+
+use crate::optimization::space::{SpaceDimension, dimension, dimension_table};
+use crate::sweep::SweepValue;
+use crate::sweep::read::{self, SETTINGS, check_dimensions, count};
+use fit_table::{
+    DIMENSION, GENERATIONS, HUBER, NAME, PARTICLES, PRIOR, RESIDUAL, SCENARIO, SEED, SET, START,
+    STEPS, TABLE,
+};
+
+table! {
+    /// Keys of the search space of a fit.
+    pub(super) fit_table = TableSpec::new("top level", "search space of a fit");
+    NAME: String = "name", Type::TEXT, "name in reports, and of the overlay", r#"name = "xl330""#,
+        otherwise("the file's name");
+    SCENARIO: Placed<String> = "scenario", Type::PLACED,
+        "scenario of the twin, relative to this file", r#"scenario = "servo.toml""#, required();
+    SET: Vec<(String, String)> = "set", SETTINGS,
+        "keys of the scenario that are the same in all runs",
+        r#"set = { plant.file = "xl330" }"#, otherwise("none");
+    HUBER: f64 = "huber", quantity(Unit::One, Range::POSITIVE),
+        "residual in standard deviations above which the cost grows with its magnitude, not its square",
+        "huber = 2", otherwise("squares");
+    GENERATIONS: usize = "generations", count(0),
+        "generations of CMA-ES that search the start", "generations = 300", default("100");
+    PARTICLES: usize = "particles", count(1), "points of a generation", "particles = 30",
+        otherwise("4 + 3 ln n for n dimensions");
+    SEED: u64 = "seed", Type::NATURAL, "seed of the search", "seed = 2", default("1");
+    STEPS: usize = "steps", count(0), "greatest number of steps of least squares", "steps = 100",
+        default("50");
+    DIMENSION: () = read::DIMENSION, contextual(Shape::Tables(dimension_table::TABLE)),
+        "settings that are fitted",
+        r#"dimension = [{ key = "override.motor.resistance", from = "1 ohm", to = "8 ohm" }]"#,
+        required();
+    PRIOR: () = "prior", contextual(Shape::Tables(prior_table::TABLE)),
+        "what is known about dimensions beforehand",
+        r#"prior = [{ key = "override.load.offset", mean = "0 rad", deviation = "0.05 rad" }]"#,
+        otherwise("none");
+    START: () = "start", contextual(Shape::Tables(start_table::TABLE)),
+        "state of the twin at the start of a recording",
+        r#"start = [{ state = "servo/angle", signal = "servo/position" }]"#,
+        otherwise("that of the scenario");
+    RESIDUAL: () = "residual", contextual(Shape::Tables(residual_table::TABLE)),
+        "signals that are compared",
+        r#"residual = [{ signal = "servo/position", twin = "servo/reading", deviation = "5 mrad" }]"#,
+        required();
+}
+
+table! {
+    /// Keys of `[[prior]]`.
+    pub(super) prior_table =
+        TableSpec::new("[[prior]]", "normal distribution of a dimension; of a logarithmic one, of its logarithm");
+    KEY: Placed<String> = "key", Type::PLACED, "key of a dimension",
+        r#"key = "override.load.offset""#, required();
+    MEAN: Placed<String> = "mean", Type::PLACED, "mean", r#"mean = "0 rad""#, required();
+    DEVIATION: Placed<String> = "deviation", Type::PLACED,
+        "standard deviation; of a logarithmic dimension, of its ratio to the mean, as in 1.5",
+        r#"deviation = "0.05 rad""#, required();
+}
+
+table! {
+    /// Keys of `[[start]]`.
+    pub(super) start_table = TableSpec::new("[[start]]", "value of a state at the start");
+    STATE: String = "state", Type::TEXT, "name of a state of the plant",
+        r#"state = "servo/angle""#, required();
+    SIGNAL_: String = "signal", Type::TEXT, "recorded signal, whose first value it has",
+        r#"signal = "servo/position""#, required();
+}
+
+table! {
+    /// Keys of `[[residual]]`.
+    pub(super) residual_table = TableSpec::new("[[residual]]", "signal that is compared");
+    SIGNAL: Placed<String> = "signal", Type::PLACED, "recorded signal",
+        r#"signal = "servo/position""#, required();
+    TWIN: Placed<String> = "twin", Type::PLACED, "output of the twin",
+        r#"twin = "servo/reading""#, otherwise("the recorded signal's name");
+    DEVIATION_: Placed<String> = "deviation", Type::PLACED,
+        "standard deviation of the difference, in the unit of the signal",
+        r#"deviation = "5 mrad""#, required();
+}
+
+/// What is known about a dimension beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prior {
+    /// Index of the dimension.
+    pub dimension: usize,
+    /// Mean, as a share of the range.
+    pub mean: f64,
+    /// Standard deviation, as a share of the range.
+    pub deviation: f64,
+}
+
+/// State of the twin at the start of a recording.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StartSpec {
+    /// Name of the state.
+    pub state: String,
+    /// Recorded signal.
+    pub signal: String,
+}
+
+/// A signal that is compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResidualSpec {
+    /// Recorded signal.
+    pub signal: Placed<String>,
+    /// Output of the twin.
+    pub twin: Placed<String>,
+    /// Standard deviation of the difference, as the file has it.
+    pub deviation: Placed<String>,
+}
+
+/// Search space of a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitSpace {
+    /// Name.
+    pub name: String,
+    /// Name of the file in messages.
+    pub file: String,
+    /// Scenario of the twin, relative to the file.
+    pub scenario: Placed<String>,
+    /// Settings of all runs: keys and values in TOML.
+    pub set: Vec<(String, String)>,
+    /// Dimensions; at least one.
+    pub dimensions: Vec<SpaceDimension>,
+    /// Priors.
+    pub priors: Vec<Prior>,
+    /// State at the start.
+    pub start: Vec<StartSpec>,
+    /// Compared signals; at least one.
+    pub residuals: Vec<ResidualSpec>,
+    /// Residual above which the cost is linear, in standard deviations; none: squares.
+    pub huber: Option<f64>,
+    /// Generations of the search of the start.
+    pub generations: usize,
+    /// Points of a generation.
+    pub particles: Option<usize>,
+    /// Seed of the search.
+    pub seed: u64,
+    /// Greatest number of steps of least squares.
+    pub steps: usize,
+}
+
+impl FitSpace {
+    /// Returns the tables of such a file with their keys, beginning with the top level.
+    pub fn tables() -> Vec<TableReference> {
+        TableReference::of(TABLE)
+    }
+
+    /// Reads a search space from a document.
+    ///
+    /// # Errors
+    /// All problems, each with its position.
+    pub fn read(document: &Document) -> Result<Self, DocumentError> {
+        document.check(|table| space(document, table))
+    }
+
+    /// Returns the values at shares of the ranges.
+    pub fn values(&self, shares: &[f64]) -> Vec<SweepValue> {
+        let pairs = self.dimensions.iter().zip(shares);
+        pairs
+            .map(|(dimension, &share)| {
+                let interval = &dimension.interval;
+                SweepValue::quantity(interval.number_at(share), interval.unit)
+            })
+            .collect()
+    }
+}
+
+fn space(document: &Document, table: &Table<'_>) -> Result<FitSpace, Reported> {
+    let keys = TABLE.of(table);
+    let (name, scenario, set) = (keys.get(&NAME), keys.read(&SCENARIO), keys.get(&SET));
+    let (huber, generations) = (keys.get(&HUBER), keys.read(&GENERATIONS));
+    let (particles, seed, steps) = (keys.get(&PARTICLES), keys.read(&SEED), keys.read(&STEPS));
+    let dimensions = keys.read_with(&DIMENSION, |item| item.each(dimension));
+    let dimensions = dimensions.and_then(|dimensions| {
+        check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
+        Ok(dimensions)
+    });
+    let known = dimensions.as_deref().unwrap_or_default();
+    let priors = keys.get_with(&PRIOR, |item| item.each(|item| prior(item, known)));
+    let start = keys.get_with(&START, |item| item.each(start));
+    let residuals = keys.read_with(&RESIDUAL, |item| item.each(residual));
+    let residuals = residuals.and_then(|residuals| {
+        if residuals.is_empty() {
+            return Err(keys.report(&RESIDUAL, "no signal is compared", "add a [[residual]]"));
+        }
+        Ok(residuals)
+    });
+    let file = document.file();
+    let stem = || Path::new(file).file_stem();
+    Ok(FitSpace {
+        name: name?
+            .or_else(|| stem().map(|stem| stem.to_string_lossy().into_owned()))
+            .unwrap_or_default(),
+        file: file.to_owned(),
+        scenario: scenario?,
+        set: set?.unwrap_or_default(),
+        priors: priors?.unwrap_or_default(),
+        start: start?.unwrap_or_default(),
+        residuals: residuals?,
+        dimensions: dimensions?,
+        huber: huber?,
+        generations: generations?,
+        particles: particles?,
+        seed: seed?,
+        steps: steps?,
+    })
+}
+
+/// Reads a prior, in shares of the range of its dimension.
+fn prior(item: &Item<'_>, dimensions: &[SpaceDimension]) -> Result<Prior, Reported> {
+    use prior_table::{DEVIATION, KEY, MEAN};
+    let table = &item.table()?;
+    let keys = prior_table::TABLE.of(table);
+    let (key, mean, deviation) = (keys.read(&KEY), keys.read(&MEAN), keys.read(&DEVIATION));
+    let (key, mean, deviation) = (key?, mean?, deviation?);
+    let mut known = dimensions.iter();
+    let Some(dimension) = known.position(|dimension| dimension.key.value == key.value) else {
+        let message = format!("`{}` is no dimension", key.value);
+        return Err(table.report_at(&key.place, message, "name the key of a [[dimension]]"));
+    };
+    let interval = &dimensions[dimension].interval;
+    let number = |text: &Placed<String>, unit: Unit| {
+        twinrig_document::parse_quantity(&text.value, unit).map_err(|error| {
+            table.report_at(
+                &text.place,
+                error.to_string(),
+                "write it as the ends of the dimension",
+            )
+        })
+    };
+    let middle = number(&mean, interval.unit)?;
+    let (mean, deviation) = if interval.logarithmic {
+        let ratio = number(&deviation, Unit::One)?;
+        let width = libm::log(interval.to / interval.from);
+        (
+            libm::log(middle / interval.from) / width,
+            libm::log(ratio) / width,
+        )
+    } else {
+        let width = interval.to - interval.from;
+        (
+            (middle - interval.from) / width,
+            number(&deviation, interval.unit)? / width,
+        )
+    };
+    if mean.is_finite() && deviation.is_finite() && deviation > 0.0 {
+        return Ok(Prior {
+            dimension,
+            mean,
+            deviation,
+        });
+    }
+    let help = "a deviation is positive, of a logarithmic dimension a ratio above 1";
+    Err(keys.report(&DEVIATION, "this is no normal distribution", help))
+}
+
+fn start(item: &Item<'_>) -> Result<StartSpec, Reported> {
+    use start_table::{SIGNAL_, STATE};
+    let table = &item.table()?;
+    let keys = start_table::TABLE.of(table);
+    let (state, signal) = (keys.read(&STATE), keys.read(&SIGNAL_));
+    Ok(StartSpec {
+        state: state?,
+        signal: signal?,
+    })
+}
+
+fn residual(item: &Item<'_>) -> Result<ResidualSpec, Reported> {
+    use residual_table::{DEVIATION_, SIGNAL, TWIN};
+    let table = &item.table()?;
+    let keys = residual_table::TABLE.of(table);
+    let (signal, twin, deviation) = (keys.read(&SIGNAL), keys.get(&TWIN), keys.read(&DEVIATION_));
+    let signal = signal?;
+    Ok(ResidualSpec {
+        twin: twin?.unwrap_or_else(|| signal.clone()),
+        signal,
+        deviation: deviation?,
+    })
+}

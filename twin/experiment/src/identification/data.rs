@@ -1,0 +1,166 @@
+//! Recordings as the data of a fit.
+
+use std::path::Path;
+
+use twinrig_campaign::identification::{FitSpace, ResidualSpec};
+use twinrig_document::parse_quantity;
+use twinrig_kernel::{SimTime, Unit};
+use twinrig_record::{RecordError, Recording, Series};
+
+use super::error::FitError;
+
+/// Prefix of the metadata of a recording that set keys of the twin's file.
+const SETTING: &str = "setting.";
+
+/// Data of a recording.
+pub(super) struct FitData {
+    /// Name: the file without its extension.
+    pub name: String,
+    /// File.
+    pub file: String,
+    /// BLAKE3 hash of the file.
+    pub hash: String,
+    /// Values of the file of robot or bench that the recording states: keys and values in TOML.
+    pub settings: Vec<(String, String)>,
+    /// Recorded commands, by the name of the input of the twin.
+    pub commands: Vec<(String, Commands)>,
+    /// State of the twin at the start.
+    pub start: Vec<(String, f64)>,
+    /// Compared signals, in the order of the search space.
+    pub compared: Vec<Compared>,
+    /// Time of the last sample of a compared signal.
+    pub end: SimTime,
+}
+
+/// A command over time.
+pub(super) struct Commands {
+    pub times: Vec<SimTime>,
+    pub values: Vec<f64>,
+}
+
+/// A compared signal over time.
+pub(super) struct Compared {
+    pub times: Vec<SimTime>,
+    pub values: Vec<f64>,
+    /// Standard deviation of a residual.
+    pub deviation: f64,
+    pub unit: String,
+}
+
+impl FitData {
+    /// Reads a recording; `inputs` are those of the twin.
+    pub(super) fn read(
+        path: &Path,
+        space: &FitSpace,
+        inputs: &[String],
+    ) -> Result<Self, crate::error::Error> {
+        let file = path.display().to_string();
+        let recording = Recording::open(path)?;
+        let mut commands = Vec::new();
+        for input in inputs {
+            if let Ok(series) = recording.series(input) {
+                let series = scalar(series)?;
+                commands.push((
+                    input.clone(),
+                    Commands {
+                        times: series.times,
+                        values: series.values,
+                    },
+                ));
+            }
+        }
+        if commands.is_empty() {
+            return Err(FitError::NoCommands {
+                recording: file,
+                inputs: inputs.join(", "),
+            }
+            .into());
+        }
+        let signal = |name: &str| -> Result<Series, crate::error::Error> {
+            let series = recording.series(name);
+            let series = series.map_err(|error| no_signal(&file, name, &error))?;
+            Ok(scalar(series)?)
+        };
+        let mut compared = Vec::new();
+        for spec in &space.residuals {
+            compared.push(Compared::of(signal(&spec.signal.value)?, spec)?);
+        }
+        let mut start = Vec::new();
+        for state in &space.start {
+            let first = signal(&state.signal)?.values.first().copied();
+            start.push((state.state.clone(), first.unwrap_or_default()));
+        }
+        let settings = recording.notes().filter_map(|(key, value)| {
+            let key = key.strip_prefix(SETTING)?;
+            Some((key.to_owned(), value.to_owned()))
+        });
+        let ends = compared.iter().filter_map(|signal| signal.times.last());
+        let bytes = twinrig_document::read_file(path, u64::MAX).unwrap_or_default();
+        Ok(Self {
+            name: path
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            file,
+            hash: blake3::hash(&bytes).to_hex().to_string(),
+            settings: settings.collect(),
+            commands,
+            start,
+            end: ends.copied().max().unwrap_or(SimTime::ZERO),
+            compared,
+        })
+    }
+
+    /// Number of residuals.
+    pub(super) fn samples(&self) -> usize {
+        self.compared.iter().map(|signal| signal.times.len()).sum()
+    }
+}
+
+impl Compared {
+    fn of(series: Series, spec: &ResidualSpec) -> Result<Self, FitError> {
+        let symbol = &series.signal.unit;
+        let unit = Unit::ALL.iter().find(|unit| unit.symbol() == symbol);
+        let deviation = parse_quantity(&spec.deviation.value, unit.copied().unwrap_or(Unit::One));
+        let bad = |why: String| FitError::Deviation {
+            signal: spec.signal.value.clone(),
+            why,
+        };
+        let deviation = deviation.map_err(|error| bad(error.to_string()))?;
+        if deviation <= 0.0 {
+            return Err(bad("it is not positive".to_owned()));
+        }
+        Ok(Self {
+            times: series.times,
+            values: series.values,
+            deviation,
+            unit: series.signal.unit,
+        })
+    }
+}
+
+fn scalar(series: Series) -> Result<Series, FitError> {
+    if series.signal.size == 1 {
+        return Ok(series);
+    }
+    Err(FitError::Vector {
+        signal: series.signal.name,
+        size: series.signal.size,
+    })
+}
+
+fn no_signal(recording: &str, signal: &str, error: &RecordError) -> FitError {
+    let nearest = match error {
+        RecordError::UnknownSignal {
+            nearest: Some(nearest),
+            ..
+        } => format!("; did you mean `{nearest}`?"),
+        _ => String::new(),
+    };
+    FitError::NoSignal {
+        recording: recording.to_owned(),
+        signal: signal.to_owned(),
+        nearest,
+    }
+}

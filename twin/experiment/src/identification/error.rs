@@ -1,0 +1,65 @@
+use thiserror::Error;
+
+/// Reason why a fit is impossible.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FitError {
+    /// A recording lacks a signal.
+    #[error("{recording} has no signal `{signal}`{nearest}")]
+    NoSignal {
+        /// File of the recording.
+        recording: String,
+        /// The signal.
+        signal: String,
+        /// The nearest name, as a sentence.
+        nearest: String,
+    },
+    /// A recording has no command for the twin.
+    #[error("{recording} has none of the inputs of the twin: {inputs}")]
+    NoCommands {
+        /// File of the recording.
+        recording: String,
+        /// Names of the inputs.
+        inputs: String,
+    },
+    /// A signal has more than one component.
+    #[error("`{signal}` has {size} components; signals of a fit have one")]
+    Vector {
+        /// The signal.
+        signal: String,
+        /// Components.
+        size: usize,
+    },
+    /// The twin has no such output.
+    #[error("the twin has no output `{0}`")]
+    NoOutput(String),
+    /// A deviation is no quantity of the unit of its signal.
+    #[error("the deviation of `{signal}`: {why}")]
+    Deviation {
+        /// The signal.
+        signal: String,
+        /// Reason.
+        why: String,
+    },
+    /// The twin does not start as the recording does.
+    #[error("the twin cannot start as {recording}: {why}")]
+    Start {
+        /// File of the recording.
+        recording: String,
+        /// Reason.
+        why: String,
+    },
+    /// Fewer samples than parameters.
+    #[error("{samples} samples cannot tell {parameters} parameters")]
+    TooFewSamples {
+        /// Samples of all recordings.
+        samples: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// The same recording twice.
+    #[error("{0} is given twice")]
+    Twice(String),
+    /// Failure of least squares.
+    #[error("{0}")]
+    Minimum(#[from] twinrig_campaign::least_squares::Failure),
+}

@@ -1,0 +1,15 @@
+//! Identification of parameters from recordings (`twin fit`): the twin plays the commands of each
+//! recording at their own times, and its outputs are compared with the recorded signals at theirs.
+//! CMA-ES searches a start, and least squares ends there.
+
+mod data;
+mod error;
+mod execute;
+mod outcome;
+mod twin;
+mod view;
+
+pub use error::FitError;
+pub use execute::{FitProgress, FitRequest, fit};
+pub use outcome::{FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection};
+pub use view::fit_page;

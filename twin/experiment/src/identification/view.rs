@@ -1,0 +1,254 @@
+//! Text and page of a fit, and its overlay for files of robots and benches.
+
+use std::fmt::Write as _;
+
+use twinrig_document::{escaped, print_quantity};
+use twinrig_kernel::Unit;
+use twinrig_report::number::precise;
+use twinrig_report::page::{Block, Card, Page, Term};
+use twinrig_report::table::{Cell, Column, Table, Tone};
+use twinrig_report::text::style::{BOLD, DIM, styled};
+
+use super::outcome::{FitOutcome, FittedParameter, RecordingResidual, UnknownDirection};
+
+/// Prefix of the keys of a scenario that replace values of a robot file or of a bench.
+const OVERRIDE: &str = "override.";
+
+impl FitOutcome {
+    /// Returns the text of a result.
+    pub fn text(&self) -> String {
+        let details = format!("{} · {}", self.space, self.scenario);
+        let mut out = format!(
+            "{}  {}\n\n",
+            styled(BOLD, &self.name),
+            styled(DIM, &details)
+        );
+        let mut tables = vec![parameters(self), residuals("recording", &self.recordings)];
+        let held_out: Vec<_> = self
+            .held_out
+            .iter()
+            .flat_map(|it| it.residuals.clone())
+            .collect();
+        if !held_out.is_empty() {
+            tables.push(residuals("left out", &held_out));
+        }
+        for table in tables {
+            for line in table.grid().lines(2) {
+                // Writing to a string cannot fail.
+                let _ = writeln!(out, "{line}");
+            }
+            out.push('\n');
+        }
+        for sentence in self.sentences() {
+            let _ = writeln!(out, "  {}", escaped(&sentence));
+        }
+        out
+    }
+
+    /// Returns what the fit shows, in sentences.
+    fn sentences(&self) -> Vec<String> {
+        let mut sentences: Vec<String> = self
+            .unknown
+            .iter()
+            .map(UnknownDirection::sentence)
+            .collect();
+        for it in &self.correlations {
+            let [one, other] = &it.keys;
+            sentences.push(format!(
+                "correlation {:+.3}: {one}, {other}",
+                it.correlation
+            ));
+        }
+        sentences.push(format!(
+            "residuals {:.2} of the assumed deviation, correlated over {:.0} samples",
+            self.deviation, self.correlation_time
+        ));
+        if !self.converged {
+            sentences.push(format!("not converged after {} steps", self.steps));
+        }
+        sentences
+    }
+
+    /// Returns the overlay: the estimates as values that a file of a robot or a bench includes.
+    pub fn overlay(&self) -> String {
+        let mut text = format!(
+            "# Fitted by `twin fit` with {} and {}.\n# A file of a robot or a bench takes it by `include`.\n\n[fit]\nname = {:?}\nbuild = {:?}\n",
+            self.space, self.scenario, self.name, self.build
+        );
+        let hashes = self.recordings.iter().map(|it| format!("{:?}", it.hash));
+        let hashes: Vec<String> = hashes.collect();
+        let _ = writeln!(text, "recordings = [{}]", hashes.join(", "));
+        let signals: Vec<&str> = self
+            .recordings
+            .iter()
+            .map(|it| it.signal.as_str())
+            .collect();
+        if let Some([mean, worst]) = signals.first().and_then(|it| self.held_out_error(it)) {
+            let _ = writeln!(
+                text,
+                "left_out_error = {{ mean = {mean}, worst = {worst} }}"
+            );
+        }
+        text.push_str("\n[values]\n");
+        for it in &self.parameters {
+            let Some(key) = it.key.strip_prefix(OVERRIDE) else {
+                continue;
+            };
+            let _ = writeln!(text, "{key} = {}  # {}", it.toml, it.interval_text());
+        }
+        text
+    }
+}
+
+impl UnknownDirection {
+    fn sentence(&self) -> String {
+        let parts = self
+            .parts
+            .iter()
+            .map(|(key, share)| format!("{share:+.2} {key}"));
+        let parts: Vec<String> = parts.collect();
+        format!("the recordings cannot tell {}", parts.join(" "))
+    }
+}
+
+impl FittedParameter {
+    fn quantity(&self, number: f64) -> String {
+        let unit = Unit::ALL.iter().find(|unit| unit.symbol() == self.unit);
+        let digits: f64 = format!("{number:.4e}").parse().unwrap_or(number);
+        print_quantity(digits, unit.copied().unwrap_or(Unit::One))
+    }
+
+    fn interval_text(&self) -> String {
+        match self.interval {
+            _ if self.at_bound => "at the bound of its range".to_owned(),
+            None => "not known".to_owned(),
+            Some([low, high]) => {
+                format!("95 %: {} … {}", self.quantity(low), self.quantity(high))
+            }
+        }
+    }
+}
+
+fn parameters(outcome: &FitOutcome) -> Table {
+    let mut table = Table::new([
+        Column::label("parameter"),
+        Column::number("estimate"),
+        Column::text("interval"),
+        Column::number("from"),
+        Column::number("to"),
+    ]);
+    for it in &outcome.parameters {
+        let faint = |number| Cell::from(it.quantity(number)).with_tone(Tone::Faint);
+        let tone = if it.interval.is_some() {
+            Tone::Plain
+        } else {
+            Tone::Doubtful
+        };
+        table.row([
+            it.key.strip_prefix(OVERRIDE).unwrap_or(&it.key).into(),
+            it.quantity(it.estimate).into(),
+            Cell::from(it.interval_text()).with_tone(tone),
+            faint(it.range[0]),
+            faint(it.range[1]),
+        ]);
+    }
+    table
+}
+
+fn residuals(name: &str, recordings: &[RecordingResidual]) -> Table {
+    let mut table = Table::new([
+        Column::label(name),
+        Column::text("signal"),
+        Column::number("mean absolute"),
+        Column::number("rms"),
+        Column::number("greatest"),
+    ]);
+    for it in recordings {
+        let number = |number| Cell::from(precise(number, &it.unit));
+        table.row([
+            it.recording.as_str().into(),
+            it.signal.as_str().into(),
+            number(it.mean_absolute),
+            number(it.rms),
+            number(it.worst),
+        ]);
+    }
+    let mut signals: Vec<&str> = recordings.iter().map(|it| it.signal.as_str()).collect();
+    signals.dedup();
+    table.begin_group();
+    for signal in signals {
+        let of: Vec<&RecordingResidual> =
+            recordings.iter().filter(|it| it.signal == signal).collect();
+        let mean = of.iter().map(|it| it.mean_absolute).sum::<f64>() / of.len().max(1) as f64;
+        let unit = of.first().map_or("", |it| it.unit.as_str());
+        table.row([
+            "mean".into(),
+            signal.into(),
+            precise(mean, unit).into(),
+            Cell::empty(),
+            Cell::empty(),
+        ]);
+    }
+    table
+}
+
+/// Returns the page of a fit.
+pub fn fit_page(outcome: &FitOutcome) -> Page {
+    let fitted = outcome
+        .recordings
+        .first()
+        .map(|it| it.signal.clone())
+        .unwrap_or_default();
+    let unit = outcome
+        .recordings
+        .first()
+        .map(|it| it.unit.clone())
+        .unwrap_or_default();
+    let error =
+        |value: Option<[f64; 2]>| value.map_or("none".to_owned(), |[mean, _]| precise(mean, &unit));
+    let mut blocks = vec![Block::Cards(vec![
+        Card::new(
+            "fitted",
+            error(outcome.fitted_error(&fitted)),
+            "mean absolute residual",
+        ),
+        Card::new(
+            "left out",
+            error(outcome.held_out_error(&fitted)),
+            "the same, predicted",
+        ),
+        Card::new(
+            "samples",
+            outcome.samples.to_string(),
+            format!(
+                "of which 1 in {:.0} is independent",
+                outcome.correlation_time
+            ),
+        ),
+    ])];
+    blocks.push(Block::heading("Parameters"));
+    blocks.push(Block::Table(parameters(outcome)));
+    blocks.extend(outcome.sentences().into_iter().map(Block::Text));
+    blocks.push(Block::heading("Residuals"));
+    blocks.push(Block::Table(residuals("recording", &outcome.recordings)));
+    let held_out: Vec<_> = outcome
+        .held_out
+        .iter()
+        .flat_map(|it| it.residuals.clone())
+        .collect();
+    if !held_out.is_empty() {
+        blocks.push(Block::heading("Recordings left out in turn"));
+        blocks.push(Block::Table(residuals("left out", &held_out)));
+    }
+    Page {
+        kind: "Fit".to_owned(),
+        title: outcome.name.clone(),
+        headline: format!(
+            "{} parameters, {} recordings",
+            outcome.parameters.len(),
+            outcome.recordings.len()
+        ),
+        blocks,
+        terms: Vec::<Term>::new(),
+    }
+}
