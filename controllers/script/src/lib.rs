@@ -3,7 +3,7 @@
 //! executors with the same total time, in virtual time or in real time, divided in the same steps
 //! or others, produce the same bits. It is intended for rigs whose subject is not walking: the
 //! timing of a bus, a drive on a test bench, a byte-by-byte comparison of a twin with hardware.
-//! [`Turn`] turns free shafts at an even rate.
+//! [`Turn`] turns free shafts at an even rate, [`Swing`] commands the servo of a bench.
 //!
 //! ```
 //! use twinrig_kernel::SimDuration;
@@ -30,6 +30,7 @@ mod error;
 mod plan;
 mod script;
 mod shape;
+mod swing;
 #[cfg(test)]
 mod tests;
 mod turn;
@@ -38,4 +39,5 @@ pub use error::ScriptError;
 pub use plan::Plan;
 pub use script::Script;
 pub use shape::Shape;
+pub use swing::Swing;
 pub use turn::Turn;

@@ -47,6 +47,7 @@ pub mod declaration;
 mod document;
 mod error;
 mod file;
+mod include;
 mod item;
 mod library;
 mod near;

@@ -24,6 +24,9 @@ impl Library {
     /// 2. `FOLDER/NAME.toml` in `beside` or in the nearest of its ancestor folders;
     /// 3. the embedded copy.
     ///
+    /// The values of overlays that it includes are in place of its own
+    /// ([`Document::with_overlays`]).
+    ///
     /// The current directory has no influence, so that a run does not depend on where it is
     /// started; a relative `beside` is made absolute before its ancestors are searched.
     ///
@@ -31,12 +34,12 @@ impl Library {
     /// If the document cannot be read or is not TOML.
     pub fn find(&self, name: &str, beside: &Path) -> Result<Option<Document>, DocumentError> {
         if is_path(name) {
-            return Document::read(&beside.join(name)).map(Some);
+            return read(&beside.join(name)).map(Some);
         }
         let file = format!("{name}.toml");
         let mut paths = self.folders(beside).map(|folder| folder.join(&file));
         if let Some(path) = paths.find(|path| path.is_file()) {
-            return Document::read(&path).map(Some);
+            return read(&path).map(Some);
         }
         let embedded = self.embedded.iter().find(|(known, _)| *known == name);
         let parse =
@@ -72,6 +75,12 @@ impl Library {
             .collect();
         folders.into_iter()
     }
+}
+
+/// Reads a file with its overlays.
+fn read(path: &Path) -> Result<Document, DocumentError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Document::read(path)?.with_overlays(folder)
 }
 
 fn is_path(name: &str) -> bool {

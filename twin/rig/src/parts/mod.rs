@@ -37,6 +37,7 @@ mod script;
 mod servo;
 pub mod setup;
 pub(crate) mod start;
+mod swing;
 pub mod tactile;
 mod turn;
 mod usb;
@@ -70,5 +71,6 @@ pub(crate) fn controllers() -> Vec<ControllerKind> {
         gaits::stand(),
         script::kind(),
         turn::kind(),
+        swing::kind(),
     ]
 }
