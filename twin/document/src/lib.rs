@@ -65,6 +65,7 @@ mod table;
 mod toml_text;
 mod units;
 mod visible;
+mod written_unit;
 
 pub use assumed::AssumedValue;
 pub use document::Document;
@@ -84,3 +85,4 @@ pub use source::{Place, Source};
 pub use table::Table;
 pub use toml_text::quoted;
 pub use visible::{escape_xml, escaped, visible};
+pub use written_unit::WrittenUnit;

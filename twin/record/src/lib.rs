@@ -64,6 +64,7 @@ mod error;
 mod fingerprint;
 mod framing;
 mod hash_tree;
+mod import;
 mod index;
 mod mcap_writer;
 mod messages;
@@ -86,6 +87,11 @@ pub use divergence::{Comparison, Divergence, divergence_within, first_divergence
 pub use encoder::Encoder;
 pub use error::RecordError;
 pub use fingerprint::{Digest, Fingerprint};
+pub use import::{
+    Conversion, ImportedGroup, ImportedLog, ImportedSignal, LogColumn, LogError, LogFault,
+    LogFormat, LogGap, LogGroup, LogLimits, LogMapping, LogNote, LogOrigin, LogPeriods, LogPlace,
+    LogSetting, LogSignal, MissingValues, NoteText, Ratio, Word, import_log, import_log_from,
+};
 pub use index::SampledGroup;
 pub use messages::{
     ChangeMessage, EventMessage, ExpectationMessage, FootstepMessage, Message, VerdictMessage,

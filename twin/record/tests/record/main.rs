@@ -5,6 +5,7 @@ mod allocation;
 mod common;
 mod damage;
 mod divergence;
+mod import;
 mod killed;
 mod pairing;
 mod python;
