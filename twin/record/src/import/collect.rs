@@ -2,8 +2,9 @@
 
 use super::cell::{self, Cell};
 use super::error::LogFault;
+use super::json::JsonReader;
 use super::mapping::{LogMapping, LogSignal, MissingValues};
-use super::paths::{Receiver, Sought};
+use super::paths::{self, Receiver, Sought};
 
 /// Names that are kept for suggestions.
 const NAMES_MOST: usize = 200;
@@ -169,6 +170,11 @@ impl<'m> Collector<'m> {
             column.present = None;
             column.was_seen = false;
         }
+    }
+
+    /// Number of the signals that are collected, whose slots are 1, 2 and so on.
+    pub(super) fn count(&self) -> usize {
+        self.columns.len()
     }
 
     /// Sets the time of the row \[ns\].
@@ -411,9 +417,51 @@ impl Receiver for Collector<'_> {
         }
     }
 
+    /// Reads a time of ROS in JSON.
+    fn composite(
+        &mut self,
+        slot: usize,
+        reader: &mut JsonReader<'_, '_>,
+    ) -> Result<bool, LogFault> {
+        if slot != 0 || !self.mapping.has_topics() || self.mapping.time.is_none() {
+            return Ok(false);
+        }
+        let mut stamp = Stamp([None; 2]);
+        let names = ["sec", "secs", "nanosec", "nsec", "nsecs"];
+        let sought = names.iter().zip([0, 0, 1, 1, 1]);
+        let sought: Vec<Sought> = sought
+            .map(|(path, slot)| Sought {
+                path: (*path).to_owned(),
+                slot,
+            })
+            .collect();
+        paths::read(reader, &sought, &mut stamp)?;
+        let [Some(seconds), Some(nanos)] = stamp.0 else {
+            self.set_time(Cell::Composite("an object without `sec` and `nanosec`"))?;
+            return Ok(true);
+        };
+        let nanos = seconds
+            .checked_mul(1_000_000_000)
+            .and_then(|whole| whole.checked_add(nanos));
+        self.set_time(Cell::Nanos(nanos.unwrap_or(i128::MAX)))?;
+        Ok(true)
+    }
+
     fn key(&mut self, key: &str) {
         if self.rows == 1 && self.names.len() < NAMES_MOST {
             self.names.push(key.chars().take(100).collect());
         }
+    }
+}
+
+/// Seconds and nanoseconds of a time.
+struct Stamp([Option<i128>; 2]);
+
+impl Receiver for Stamp {
+    fn cell(&mut self, slot: usize, cell: Cell<'_>) -> Result<(), LogFault> {
+        if let (Cell::Digits(digits), Some(part)) = (cell, self.0.get_mut(slot)) {
+            *part = digits.parse().ok();
+        }
+        Ok(())
     }
 }

@@ -146,6 +146,12 @@ pub enum LogFault {
         /// Topics of the log.
         known: Vec<String>,
     },
+    /// A topic has no messages.
+    #[error("the log has no messages of `{topic}`")]
+    NoMessages {
+        /// Topic.
+        topic: String,
+    },
     /// A field of the mapping is not in the messages of its topic.
     #[error("messages of `{topic}` have no field `{field}`")]
     MissingField {

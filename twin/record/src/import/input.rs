@@ -81,6 +81,20 @@ impl<'a> Input<'a> {
         })
     }
 
+    /// Reads bytes that are in memory, and not compressed.
+    pub(super) fn of_bytes(bytes: &[u8]) -> Self {
+        Self {
+            source: Box::new(io::empty()),
+            buffer: bytes.to_vec(),
+            position: 0,
+            filled: bytes.len(),
+            left: 0,
+            most: 0,
+            is_compressed: false,
+            line: 1,
+        }
+    }
+
     /// Returns the bytes that are at hand, and reads some if there are none; empty at the end.
     pub(super) fn fill(&mut self) -> Result<&[u8], LogFault> {
         if self.position >= self.filled {
@@ -130,19 +144,20 @@ impl<'a> Input<'a> {
         Ok(byte)
     }
 
-    /// Reads exactly as many bytes as `into` has; `false` if there are fewer.
-    pub(super) fn read_exact(&mut self, into: &mut [u8]) -> Result<bool, LogFault> {
-        let mut rest = into;
-        while !rest.is_empty() {
+    /// Reads `count` bytes in place of those of `into`; `false` if there are fewer. Memory is taken
+    /// for bytes that are there only.
+    pub(super) fn take(&mut self, mut count: u64, into: &mut Vec<u8>) -> Result<bool, LogFault> {
+        into.clear();
+        while count > 0 {
             let at_hand = self.fill()?;
-            let count = at_hand.len().min(rest.len());
-            if count == 0 {
+            let now =
+                usize::try_from(count).map_or(at_hand.len(), |count| count.min(at_hand.len()));
+            if now == 0 {
                 return Ok(false);
             }
-            let (now, later) = std::mem::take(&mut rest).split_at_mut(count);
-            now.copy_from_slice(&at_hand[..count]);
-            self.position += count;
-            rest = later;
+            into.extend(at_hand.get(..now).unwrap_or_default());
+            self.position += now;
+            count -= now as u64;
         }
         Ok(true)
     }

@@ -16,11 +16,13 @@ mod json;
 mod json_rows;
 mod mapping;
 mod paths;
+mod ros;
 mod signal;
+mod topics;
 
 use std::ffi::OsStr;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use error::{LogError, LogFault, LogPlace};
 pub use imported::{ImportedGroup, ImportedLog, ImportedSignal, LogGap, LogPeriods};
@@ -33,6 +35,7 @@ pub use signal::{Conversion, Ratio, Word};
 use assemble::Constants;
 use collect::{Collected, Collector};
 use input::{Hash, Input};
+use topics::Topics;
 
 /// Bounds of an import.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +73,20 @@ pub fn import_log(
     };
     let format = format_of(path, mapping).map_err(whole)?;
     let hash = Hash::default();
+    let files = match format {
+        LogFormat::Rosbag2 => topics::files_of_bag(path).map_err(whole)?,
+        _ => vec![path.to_owned()],
+    };
+    let open = |path: &PathBuf| {
+        (
+            path.display().to_string(),
+            Input::open(path, &hash, limits.bytes),
+        )
+    };
+    let inputs = files.iter().map(open);
+    if format.has_topics() {
+        return messages(&file, inputs, &hash, format, mapping, limits);
+    }
     let input = Input::open(path, &hash, limits.bytes).map_err(whole)?;
     columns(&file, input, &hash, format, mapping, limits)
 }
@@ -91,6 +108,11 @@ pub fn import_log_from(
     };
     let format = format_of(Path::new(file), mapping).map_err(whole)?;
     let hash = Hash::default();
+    if format.has_topics() {
+        let input = Input::new(log, &hash, limits.bytes);
+        let inputs = std::iter::once((file.to_owned(), input));
+        return messages(file, inputs, &hash, format, mapping, limits);
+    }
     let input = Input::new(log, &hash, limits.bytes).map_err(whole)?;
     columns(file, input, &hash, format, mapping, limits)
 }
@@ -177,6 +199,43 @@ fn columns(
         truncated_at: None,
     };
     finished(file, hash, format, mapping, read).map_err(|fault| error(fault, None))
+}
+
+/// Reads a log with topics, of one file or several.
+fn messages<'i>(
+    file: &str,
+    inputs: impl Iterator<Item = (String, Result<Input<'i>, LogFault>)>,
+    hash: &Hash,
+    format: LogFormat,
+    mapping: &LogMapping,
+    limits: LogLimits,
+) -> Result<ImportedLog, LogError> {
+    let mut topics = Topics::new(mapping, limits.values);
+    for (file, input) in inputs {
+        let read = input.and_then(|mut input| topics.read(&mut input));
+        read.map_err(|fault| LogError {
+            file,
+            place: topics.place(),
+            fault,
+        })?;
+    }
+    let whole = |fault| LogError {
+        file: file.to_owned(),
+        place: None,
+        fault,
+    };
+    let truncated_at = topics.truncated_at;
+    let notes = mapping.notes.iter().filter_map(|note| match &note.text {
+        NoteText::Text(text) => Some((note.name.value.clone(), text.clone())),
+        NoteText::Column(_) => None,
+    });
+    let read = ReadLog {
+        sources: topics.finish().map_err(whole)?,
+        settings: Vec::new(),
+        notes: notes.collect(),
+        truncated_at,
+    };
+    finished(file, hash, format, mapping, read).map_err(whole)
 }
 
 /// A log that was read to its end.

@@ -4,6 +4,7 @@ mod faults;
 mod logs;
 mod memory;
 mod rows;
+mod topics;
 
 use twinrig_document::Document;
 use twinrig_record::{ImportedLog, LogError, LogLimits, LogMapping, Recording, import_log_from};
