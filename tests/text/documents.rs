@@ -7,6 +7,7 @@ use twinrig::campaign::optimization::SearchSpace;
 use twinrig::campaign::sweep::SweepSpec;
 use twinrig::{Assembly, BuildKey, Execution, Registry, Status, execute};
 use twinrig_bench::BenchFile;
+use twinrig_record::LogMapping;
 use twinrig_robot::RobotFile;
 use twinrig_testing::keys::check_keys;
 
@@ -156,6 +157,7 @@ fn keys_of_files_are_those_of_their_declarations() {
         ("campaigns", "### The search space", SearchSpace::tables()),
         ("files", "", RobotFile::tables()),
         ("files", "", BenchFile::tables()),
+        ("files", "", LogMapping::tables()),
     ] {
         check_keys(&path(page), heading, &tables);
     }

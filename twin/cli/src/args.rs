@@ -40,7 +40,7 @@ pub use draw::DrawArgs;
 pub use examples::{ExamplesArgs, ExamplesCommand, ExamplesCopyArgs};
 pub use export::{ExportArgs, ExportCommand, FmuArgs, MjcfArgs, RecordedArgs, UrdfArgs};
 pub use fit::FitArgs;
-pub use import::{ImportArgs, ImportCommand, ImportFileArgs};
+pub use import::{ImportArgs, ImportCommand, ImportFileArgs, ImportLogArgs};
 pub use list::ListArgs;
 pub use new::{NewArgs, NewKind};
 pub use optimize::OptimizeArgs;
@@ -126,7 +126,7 @@ pub enum Command {
     Draw(DrawArgs),
     /// Write a robot or a scenario in the format of another program
     Export(ExportArgs),
-    /// Make a robot file of a robot in the format of another program
+    /// Make a robot file of a robot, or a recording of a log, in the format of another program
     Import(ImportArgs),
     /// Design cells of tactile sensors by the models of the thesis, calibrate and compare them
     Cell(CellArgs),
@@ -207,10 +207,10 @@ impl Command {
             Self::Thesis(args) => args.json,
             Self::Doctor(args) => args.json,
             Self::Examples(args) => args.json,
+            Self::Import(args) => args.json(),
             Self::New(_)
             | Self::Serve(_)
             | Self::Export(_)
-            | Self::Import(_)
             | Self::Schema(_)
             | Self::Draw(_)
             | Self::Completions(_)

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 use twinrig_document::DocumentError;
-use twinrig_record::RecordError;
+use twinrig_record::{LogError, RecordError};
 use twinrig_robot::RobotError;
 
 pub use thesis::ThesisError;
@@ -96,6 +96,9 @@ pub enum TwinError {
         /// Reason.
         source: twinrig_sensor::SensorError,
     },
+    /// Log that cannot be imported.
+    #[error(transparent)]
+    Log(#[from] LogError),
     /// Error of an experiment.
     #[error(transparent)]
     Experiment(twinrig_experiment::Error),

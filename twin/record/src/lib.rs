@@ -49,6 +49,28 @@
 //! Log times are simulated times plus [`EPOCH`]. Recordings of builds before 0.1.0, with JSON
 //! messages and unencoded bytes, are also read.
 //!
+//! Logs of other programs
+//!
+//! [`import_log`] reads JSON, CSV, MCAP and bags of rosbag2 by a [`LogMapping`] of their columns, and
+//! [`ImportedLog::write`] makes a recording of them:
+//!
+//! ```
+//! use twinrig_document::Document;
+//! use twinrig_record::{LogLimits, LogMapping, Recording, import_log_from};
+//!
+//! let mapping = "
+//!     time = { column = 't', unit = 'ms' }
+//!     signal = [{ name = 'servo/position', column = 'angle', unit = 'deg' }]";
+//! let mapping = LogMapping::read(&Document::parse("mapping.toml", mapping)?)?;
+//! let log = "t,angle\n0,0\n5.5,180\n".as_bytes();
+//! let log = import_log_from("log.csv", log, &mapping, LogLimits::default())?;
+//! let recording = Recording::from_bytes(log.write(Vec::new(), "example")?)?;
+//! let series = recording.series("servo/position")?;
+//! assert_eq!(series.values, [0.0, std::f64::consts::PI]);
+//! assert_eq!(series.times[1].as_nanos(), 5_500_000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Out of scope
 //!
 //! Compression (simulated data hardly compress, and it costs more than the rest of recording),

@@ -12,6 +12,16 @@ pub struct ImportArgs {
     pub language: ImportCommand,
 }
 
+impl ImportArgs {
+    /// Returns whether the command prints JSON instead of text.
+    pub fn json(&self) -> bool {
+        match &self.language {
+            ImportCommand::Log(args) => args.json,
+            ImportCommand::Urdf(_) | ImportCommand::Mjcf(_) => false,
+        }
+    }
+}
+
 /// Source format of an import.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ImportCommand {
@@ -26,6 +36,12 @@ pub enum ImportCommand {
     /// As from a URDF. Masses are those of `inertial` or of simple shapes; tendons, equalities and
     /// contacts are not read.
     Mjcf(ImportFileArgs),
+    /// Make recordings of logs of other programs: JSON, CSV, MCAP, bags of ROS 2
+    ///
+    /// A mapping says which columns or fields become which signals, and in which units they are.
+    /// Times are those of the log; nothing is resampled. Gaps and repeated values are reported, and
+    /// everything else that is missing is an error.
+    Log(ImportLogArgs),
 }
 
 /// Arguments of an import from one file.
@@ -40,4 +56,21 @@ pub struct ImportFileArgs {
     /// output
     #[arg(long, value_name = "OUT")]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of an import of logs.
+#[derive(Clone, Debug, Args)]
+pub struct ImportLogArgs {
+    /// Logs: files, also compressed by gzip, or folders of rosbag2
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Mapping: the path of a file, or the name of one in the folder `mappings` or in the program
+    #[arg(long, value_name = "MAPPING")]
+    pub mapping: Option<String>,
+    /// Write to this folder instead of `recordings`, or for one log to this file
+    #[arg(long, value_name = "PATH")]
+    pub out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }

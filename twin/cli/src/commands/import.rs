@@ -1,7 +1,11 @@
-//! Command `twin import`: robot files of the robots of other programs.
+//! Command `twin import`: robot files of the robots of other programs, recordings of their logs.
+
+mod log;
+mod log_summary;
+mod mappings;
 
 use std::fs::{self, OpenOptions};
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use twinrig_description::{Imported, Language, import as read};
@@ -16,6 +20,7 @@ pub(super) fn import(args: &ImportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let done = match &args.language {
         ImportCommand::Urdf(args) => imported(Language::Urdf, args, terminal),
         ImportCommand::Mjcf(args) => imported(Language::Mjcf, args, terminal),
+        ImportCommand::Log(args) => return log::import(args, terminal),
     };
     match done {
         Ok(()) => SUCCESS,
@@ -84,15 +89,18 @@ fn write_new(path: &PathBuf, made: &Imported) -> Result<(), TwinError> {
         let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
         file.write_all(made.text.as_bytes())
     };
-    written().map_err(|source| match source.kind() {
-        ErrorKind::AlreadyExists => TwinError::from(Error::InvalidOptions {
+    written().map_err(|source| not_written(path, source))
+}
+
+/// Returns the error of a file that cannot be created, perhaps because it exists.
+fn not_written(path: &Path, source: io::Error) -> TwinError {
+    let path = path.to_owned();
+    TwinError::from(match source.kind() {
+        ErrorKind::AlreadyExists => Error::InvalidOptions {
             why: format!("{} exists", path.display()),
             help: "nothing is overwritten: choose another file with --out".to_owned(),
-        }),
-        _ => TwinError::from(Error::Write {
-            path: path.clone(),
-            source,
-        }),
+        },
+        _ => Error::Write { path, source },
     })
 }
 

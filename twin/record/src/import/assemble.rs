@@ -5,7 +5,8 @@ use std::sync::Arc;
 use twinrig_document::{print_quantity, quoted};
 use twinrig_kernel::SimTime;
 
-use super::collect::{Changed, Collected, Collector, Constant};
+use super::collect::{Collected, Collector};
+use super::constant::{Changed, Constant};
 use super::error::{LogFault, LogPlace};
 use super::imported::{ImportedGroup, ImportedSignal};
 use super::mapping::{LogGroup, LogMapping, LogOrigin, LogSetting, NoteText};
@@ -26,9 +27,8 @@ pub(super) fn origin(mapping: &LogMapping, sources: &[Collected]) -> i64 {
     let whole_second = first.div_euclid(SECOND).saturating_mul(SECOND);
     match mapping.origin {
         LogOrigin::Keep => 0,
-        LogOrigin::First => whole_second,
         LogOrigin::Auto if (0..FIRST_HOUR).contains(&first) => 0,
-        LogOrigin::Auto => whole_second,
+        LogOrigin::Auto | LogOrigin::First => whole_second,
     }
 }
 
@@ -95,12 +95,14 @@ fn shift(time: i64, origin: i64) -> Result<SimTime, LogFault> {
         })
 }
 
+/// Columns: positions of signals in the mapping, with their values.
+type Columns = Vec<(usize, Vec<f64>)>;
 /// Times and columns of a part of a group.
-type Part = (Arc<Vec<SimTime>>, Vec<(usize, Vec<f64>)>);
+type Part = (Arc<Vec<SimTime>>, Columns);
 
 /// Merges the parts of a group: at each time of any part there is a sample, with the last values of
 /// the others. Samples before all parts have begun are left out and counted.
-fn merged(mut parts: Vec<Part>) -> (Arc<Vec<SimTime>>, Vec<(usize, Vec<f64>)>, u64) {
+fn merged(mut parts: Vec<Part>) -> (Arc<Vec<SimTime>>, Columns, u64) {
     if parts.len() <= 1 {
         let (times, columns) = parts.pop().unwrap_or_default();
         return (times, columns, 0);

@@ -144,7 +144,7 @@ mod tests {
             let seconds = nanos as f64 / 1e9;
             prop_assert_eq!(rounded(&seconds.to_string(), 9), Some(nanos));
             prop_assert_eq!(rounded(&format!("{seconds:e}"), 9), Some(nanos));
-            prop_assert_eq!((seconds * 1e9).round() as i64, nanos);
+            prop_assert_eq!((seconds * 1e9).round(), nanos as f64);
         }
 
         #[test]

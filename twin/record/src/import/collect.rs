@@ -1,54 +1,15 @@
 //! Rows of a log: values of the selected columns, checked and converted as they arrive.
 
 use super::cell::{self, Cell};
+use super::constant::{Changed, Constant};
 use super::error::LogFault;
 use super::json::JsonReader;
 use super::mapping::{LogMapping, LogSignal, MissingValues};
-use super::paths::{self, Receiver, Sought};
+use super::paths::{Receiver, Sought};
+use super::stamp;
 
 /// Names that are kept for suggestions.
 const NAMES_MOST: usize = 200;
-/// Longest text of a constant that is kept \[bytes\].
-const CONSTANT_MOST: usize = 4096;
-
-/// A constant of a log.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Constant {
-    /// As written.
-    pub written: String,
-    pub number: Option<f64>,
-    pub is_boolean: bool,
-}
-
-impl Constant {
-    fn of(cell: Cell<'_>) -> Option<Self> {
-        let written = match cell {
-            Cell::Missing | Cell::Composite(_) => return None,
-            Cell::Text(text) => {
-                let mut end = text.len().min(CONSTANT_MOST);
-                while !text.is_char_boundary(end) {
-                    end -= 1;
-                }
-                text[..end].to_owned()
-            }
-            other => other.words(),
-        };
-        Some(Self {
-            written,
-            number: cell.number(),
-            is_boolean: matches!(cell, Cell::Boolean(_)),
-        })
-    }
-}
-
-/// A constant that has two values.
-#[derive(Debug, Clone)]
-pub(super) struct Changed {
-    pub other: String,
-    pub row: u64,
-    pub line: Option<u64>,
-}
-
 /// A signal that is collected.
 struct Column<'m> {
     signal: &'m LogSignal,
@@ -170,11 +131,6 @@ impl<'m> Collector<'m> {
             column.present = None;
             column.was_seen = false;
         }
-    }
-
-    /// Number of the signals that are collected, whose slots are 1, 2 and so on.
-    pub(super) fn count(&self) -> usize {
-        self.columns.len()
     }
 
     /// Sets the time of the row \[ns\].
@@ -423,27 +379,11 @@ impl Receiver for Collector<'_> {
         slot: usize,
         reader: &mut JsonReader<'_, '_>,
     ) -> Result<bool, LogFault> {
-        if slot != 0 || !self.mapping.has_topics() || self.mapping.time.is_none() {
+        let is_time = slot == 0 && self.mapping.time.is_some();
+        if !is_time || !self.mapping.has_topics() {
             return Ok(false);
         }
-        let mut stamp = Stamp([None; 2]);
-        let names = ["sec", "secs", "nanosec", "nsec", "nsecs"];
-        let sought = names.iter().zip([0, 0, 1, 1, 1]);
-        let sought: Vec<Sought> = sought
-            .map(|(path, slot)| Sought {
-                path: (*path).to_owned(),
-                slot,
-            })
-            .collect();
-        paths::read(reader, &sought, &mut stamp)?;
-        let [Some(seconds), Some(nanos)] = stamp.0 else {
-            self.set_time(Cell::Composite("an object without `sec` and `nanosec`"))?;
-            return Ok(true);
-        };
-        let nanos = seconds
-            .checked_mul(1_000_000_000)
-            .and_then(|whole| whole.checked_add(nanos));
-        self.set_time(Cell::Nanos(nanos.unwrap_or(i128::MAX)))?;
+        self.set_time(stamp::read(reader)?)?;
         Ok(true)
     }
 
@@ -451,17 +391,5 @@ impl Receiver for Collector<'_> {
         if self.rows == 1 && self.names.len() < NAMES_MOST {
             self.names.push(key.chars().take(100).collect());
         }
-    }
-}
-
-/// Seconds and nanoseconds of a time.
-struct Stamp([Option<i128>; 2]);
-
-impl Receiver for Stamp {
-    fn cell(&mut self, slot: usize, cell: Cell<'_>) -> Result<(), LogFault> {
-        if let (Cell::Digits(digits), Some(part)) = (cell, self.0.get_mut(slot)) {
-            *part = digits.parse().ok();
-        }
-        Ok(())
     }
 }

@@ -16,7 +16,7 @@ pub struct LogError {
     /// Place in the file; none if the fault concerns the file as a whole.
     pub place: Option<LogPlace>,
     /// The fault.
-    pub fault: LogFault,
+    pub fault: Box<LogFault>,
 }
 
 /// Place in a log.
@@ -26,6 +26,16 @@ pub struct LogPlace {
     pub line: Option<u64>,
     /// Row or message, counted from 1; none outside of rows.
     pub row: Option<u64>,
+}
+
+impl LogError {
+    pub(super) fn new(file: &str, place: Option<LogPlace>, fault: LogFault) -> Self {
+        Self {
+            file: file.to_owned(),
+            place,
+            fault: Box::new(fault),
+        }
+    }
 }
 
 impl fmt::Display for LogError {
@@ -50,7 +60,7 @@ impl fmt::Display for LogError {
 
 impl std::error::Error for LogError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        std::error::Error::source(&self.fault)
+        std::error::Error::source(self.fault.as_ref())
     }
 }
 

@@ -6,8 +6,10 @@
 //! memory.
 
 mod assemble;
+mod bag;
 mod cell;
 mod collect;
+mod constant;
 mod csv;
 mod error;
 mod imported;
@@ -18,6 +20,7 @@ mod mapping;
 mod paths;
 mod ros;
 mod signal;
+mod stamp;
 mod topics;
 
 use std::ffi::OsStr;
@@ -66,15 +69,11 @@ pub fn import_log(
     limits: LogLimits,
 ) -> Result<ImportedLog, LogError> {
     let file = path.display().to_string();
-    let whole = |fault| LogError {
-        file: file.clone(),
-        place: None,
-        fault,
-    };
+    let whole = |fault| LogError::new(&file, None, fault);
     let format = format_of(path, mapping).map_err(whole)?;
     let hash = Hash::default();
     let files = match format {
-        LogFormat::Rosbag2 => topics::files_of_bag(path).map_err(whole)?,
+        LogFormat::Rosbag2 => bag::files(path).map_err(whole)?,
         _ => vec![path.to_owned()],
     };
     let open = |path: &PathBuf| {
@@ -101,11 +100,7 @@ pub fn import_log_from(
     mapping: &LogMapping,
     limits: LogLimits,
 ) -> Result<ImportedLog, LogError> {
-    let whole = |fault| LogError {
-        file: file.to_owned(),
-        place: None,
-        fault,
-    };
+    let whole = |fault| LogError::new(file, None, fault);
     let format = format_of(Path::new(file), mapping).map_err(whole)?;
     let hash = Hash::default();
     if format.has_topics() {
@@ -159,18 +154,13 @@ fn columns(
 ) -> Result<ImportedLog, LogError> {
     let mut collector = Collector::new(mapping, |_| true, limits.values);
     let constants: Vec<&str> = mapping.constants().collect();
-    let read = match format {
-        LogFormat::Csv => csv::read(&mut input, &mut collector),
-        _ => {
-            let rows = mapping.rows.as_deref();
-            json_rows::read(&mut input, rows, &constants, &mut collector)
-        }
+    let read = if format == LogFormat::Csv {
+        csv::read(&mut input, &mut collector)
+    } else {
+        let rows = mapping.rows.as_deref();
+        json_rows::read(&mut input, rows, &constants, &mut collector)
     };
-    let error = |fault, place| LogError {
-        file: file.to_owned(),
-        place,
-        fault,
-    };
+    let error = |fault, place| LogError::new(file, place, fault);
     if let Err(fault) = read {
         let row = (collector.rows > 0).then_some(collector.rows);
         let line = match fault {
@@ -213,17 +203,9 @@ fn messages<'i>(
     let mut topics = Topics::new(mapping, limits.values);
     for (file, input) in inputs {
         let read = input.and_then(|mut input| topics.read(&mut input));
-        read.map_err(|fault| LogError {
-            file,
-            place: topics.place(),
-            fault,
-        })?;
+        read.map_err(|fault| LogError::new(&file, topics.place(), fault))?;
     }
-    let whole = |fault| LogError {
-        file: file.to_owned(),
-        place: None,
-        fault,
-    };
+    let whole = |fault| LogError::new(file, None, fault);
     let truncated_at = topics.truncated_at;
     let notes = mapping.notes.iter().filter_map(|note| match &note.text {
         NoteText::Text(text) => Some((note.name.value.clone(), text.clone())),

@@ -131,12 +131,11 @@ fn behind<'s>(rest: Rest<'s>, key: &str) -> Option<Rest<'s>> {
     let after = rest.path.strip_prefix(key)?;
     let path = match after.as_bytes().first() {
         None => after,
-        Some(b'.') => &after[1..],
+        Some(b'.' | b'[') => &after[1..],
         Some(b']') if rest.path.len() > after.len() => match after.as_bytes().get(1) {
             Some(b'.' | b'[') => &after[2..],
             _ => &after[1..],
         },
-        Some(b'[') => &after[1..],
         Some(_) => return None,
     };
     Some(Rest { path, ..rest })

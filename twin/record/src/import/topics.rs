@@ -1,11 +1,9 @@
-//! Messages of topics in MCAP files, and in bags of several such files.
+//! Messages of topics in MCAP files.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
 use mcap::records::{Channel, Record, op};
-use twinrig_document::{TEXT_MOST, read_file};
 
 use super::cell::Cell;
 use super::collect::{Collected, Collector};
@@ -43,7 +41,7 @@ enum Decoder {
 /// Reader of the topics of a mapping.
 pub(super) struct Topics<'m> {
     mapping: &'m LogMapping,
-    topics: Vec<Topic<'m>>,
+    sought: Vec<Topic<'m>>,
     names: Vec<String>,
     /// Message that is being read, for the place of a fault.
     message: Option<u64>,
@@ -80,7 +78,8 @@ impl<'m> Topics<'m> {
                 Some(_) => collector,
             };
             let mut sought = collector.sought();
-            sought.retain(|sought| sought.slot <= collector.count());
+            let constants = mapping.constants().count();
+            sought.truncate(sought.len().saturating_sub(constants));
             let fields = sought
                 .iter()
                 .map(|one| (FieldPath::parse(&one.path), one.slot));
@@ -98,7 +97,7 @@ impl<'m> Topics<'m> {
         };
         Self {
             mapping,
-            topics: names.into_iter().map(topic).collect(),
+            sought: names.into_iter().map(topic).collect(),
             names: Vec::new(),
             message: None,
             truncated_at: None,
@@ -223,7 +222,7 @@ impl<'m> Topics<'m> {
         if self.names.len() < NAMES_MOST && !self.names.contains(&channel.topic) {
             self.names.push(channel.topic.clone());
         }
-        let mut topics = self.topics.iter_mut().enumerate();
+        let mut topics = self.sought.iter_mut().enumerate();
         let Some((index, topic)) = topics.find(|(_, topic)| topic.name == channel.topic) else {
             return Ok(None);
         };
@@ -258,7 +257,7 @@ impl<'m> Topics<'m> {
         data: &[u8],
     ) -> Result<(), LogFault> {
         let mapping = self.mapping;
-        let Some(topic) = self.topics.get_mut(topic) else {
+        let Some(topic) = self.sought.get_mut(topic) else {
             return Ok(());
         };
         topic.collector.begin(None);
@@ -281,7 +280,7 @@ impl<'m> Topics<'m> {
     pub(super) fn finish(self) -> Result<Vec<Collected>, LogFault> {
         let mut all: Vec<Collected> = Vec::new();
         let mut absent = Vec::new();
-        for topic in self.topics {
+        for topic in self.sought {
             let name = topic.name.to_owned();
             if topic.collector.rows == 0 && topic.is_optional {
                 absent.extend(
@@ -365,38 +364,4 @@ fn damaged(error: RecordError) -> LogFault {
         RecordError::Compressed { compression, .. } => LogFault::Compressed { compression },
         error => LogFault::Mcap(error),
     }
-}
-
-/// Returns the files of a bag, in their order.
-pub(super) fn files_of_bag(folder: &Path) -> Result<Vec<PathBuf>, LogFault> {
-    let bag = |why: String| LogFault::Bag { why };
-    let metadata = read_file(&folder.join("metadata.yaml"), TEXT_MOST);
-    let metadata =
-        metadata.map_err(|error| bag(format!("metadata.yaml cannot be read: {error}")))?;
-    let text = String::from_utf8_lossy(&metadata);
-    let mut lines = text.lines().map(str::trim);
-    if !lines.any(|line| line == "relative_file_paths:") {
-        return Err(bag("metadata.yaml has no `relative_file_paths`".to_owned()));
-    }
-    let names = lines.map_while(|line| line.strip_prefix("- "));
-    let names = names.map(|name| name.trim().trim_matches(['"', '\'']));
-    let mut files = Vec::new();
-    for name in names {
-        let path = Path::new(name);
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        if extension == Some("db3") {
-            return Err(LogFault::Sqlite);
-        }
-        let is_inside = path
-            .components()
-            .all(|part| matches!(part, Component::Normal(_)));
-        if extension != Some("mcap") || !is_inside {
-            return Err(bag(format!("`{name}` is not an MCAP file in it")));
-        }
-        files.push(folder.join(path));
-    }
-    if files.is_empty() {
-        return Err(bag("it has no files".to_owned()));
-    }
-    Ok(files)
 }

@@ -1,11 +1,11 @@
 //! Reading of mappings.
 
-use twinrig_document::declaration::Declared;
-use twinrig_document::{Document, Item, Placed, Reported, Table, WrittenUnit};
+use twinrig_document::declaration::{Declared, TableReference};
+use twinrig_document::{Document, DocumentError, Item, Placed, Reported, Table, WrittenUnit};
 use twinrig_kernel::Unit;
 
+use super::contents::{LogColumn, LogMapping, LogNote, LogOrigin, LogSetting, LogSignal, NoteText};
 use super::tables::{mapping_table, note_table, setting_table, signal_table, time_table};
-use super::{LogColumn, LogMapping, LogNote, LogOrigin, LogSetting, LogSignal, NoteText};
 use crate::import::signal::Conversion;
 
 /// Greatest number of signals, and of settings and remarks.
@@ -18,7 +18,22 @@ struct Time {
     origin: LogOrigin,
 }
 
-pub(super) fn mapping(document: &Document, table: &Table<'_>) -> Result<LogMapping, Reported> {
+impl LogMapping {
+    /// Returns the tables of a mapping with their keys, beginning with the top level.
+    pub fn tables() -> Vec<TableReference> {
+        TableReference::of(mapping_table::TABLE)
+    }
+
+    /// Reads a mapping from a document.
+    ///
+    /// # Errors
+    /// All problems, each with its position.
+    pub fn read(document: &Document) -> Result<Self, DocumentError> {
+        document.check(|table| mapping(document, table))
+    }
+}
+
+fn mapping(document: &Document, table: &Table<'_>) -> Result<LogMapping, Reported> {
     use mapping_table::{FORMAT, GAP, NOTE, ROWS, SETTING, SIGNAL, TABLE, TIME};
     let keys = TABLE.of(table);
     let (format, rows, gap) = (keys.get(&FORMAT), keys.get(&ROWS), keys.get(&GAP));

@@ -6,7 +6,7 @@ use twinrig_document::declaration::{
 use twinrig_document::{Placed, Range, WrittenUnit};
 use twinrig_kernel::{SimDuration, Unit};
 
-use super::{LogFormat, LogGroup, LogOrigin, MissingValues};
+use super::contents::{LogFormat, LogGroup, LogOrigin, MissingValues};
 use crate::import::signal::{Ratio, Word};
 
 /// Unit of the numbers of a log.

@@ -218,13 +218,12 @@ impl<'d, 'm> Walk<'d, 'm> {
     fn pass_values(&mut self, base: &Base, count: usize, depth: usize) -> Result<(), NoField> {
         match base {
             // Nothing is aligned where nothing follows.
-            Base::Plain(_) if count == 0 => Ok(()),
+            Base::Plain(_) | Base::WideText if count == 0 => Ok(()),
             Base::Plain(plain) => self.take(plain.size(), count).map(|_| ()),
             Base::Text => (0..count).try_for_each(|_| {
                 let length = usize::try_from(self.bits(4)?).map_err(|_| ended())?;
                 self.take(1, length).map(|_| ())
             }),
-            Base::WideText if count == 0 => Ok(()),
             Base::WideText => {
                 let why = "a wide text is before the field, and its size is not standard";
                 Err(NoField::Unreadable(why.to_owned()))

@@ -16,9 +16,7 @@ unit = "deg"
 /// Checks the error of a log: all parts are in its text.
 fn fails(mapping_text: &str, file: &str, log: &str, parts: &[&str]) {
     let error = import(file, log.as_bytes(), &mapping(mapping_text));
-    let text = error
-        .map(|_| String::new())
-        .unwrap_or_else(|error| error.to_string());
+    let text = error.map_or_else(|error| error.to_string(), |_| String::new());
     for part in parts {
         assert!(text.contains(part), "`{part}` is not in\n{text}");
     }
@@ -341,7 +339,7 @@ fn fault_of_a_word_is_typed() {
     let text = format!("{MAPPING}word = \"i16\"\n");
     let error = import("log.csv", b"t,a\n1,65536\n", &mapping(&text)).unwrap_err();
     assert!(
-        matches!(error.fault, LogFault::NotAWord { bits: 16, .. }),
+        matches!(*error.fault, LogFault::NotAWord { bits: 16, .. }),
         "{error}"
     );
 }

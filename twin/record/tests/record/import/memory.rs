@@ -81,7 +81,7 @@ fn bounds_are_errors_before_more_memory_is_taken() {
         let mut fault = None;
         let measured = allocation_counter::measure(|| {
             let result = import_log_from("log.json", rows(u64::MAX), &mapping, limits);
-            fault = result.err().map(|error| error.fault);
+            fault = result.err().map(|error| *error.fault);
         });
         assert!(measured.bytes_max < 1_000_000, "{}", measured.bytes_max);
         fault.unwrap()

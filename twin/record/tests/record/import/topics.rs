@@ -162,11 +162,11 @@ fn stamps_of_messages_are_times() {
         assert_eq!(log.span()[0].as_nanos(), nanos, "{stamp}");
     }
     assert!(matches!(
-        log("{}").unwrap_err().fault,
+        *log("{}").unwrap_err().fault,
         LogFault::WrongType { .. }
     ));
     assert!(matches!(
-        log("[]").unwrap_err().fault,
+        *log("[]").unwrap_err().fault,
         LogFault::WrongType { .. }
     ));
 }
