@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use twinrig::campaign::identification::FitSpace;
 use twinrig::campaign::optimization::SearchSpace;
 use twinrig::campaign::sweep::SweepSpec;
 use twinrig::{Assembly, BuildKey, Execution, Registry, Status, execute};
 use twinrig_bench::BenchFile;
 use twinrig_record::LogMapping;
 use twinrig_robot::RobotFile;
+use twinrig_servo::ServoBenchFile;
 use twinrig_testing::keys::check_keys;
 
 fn readme() -> String {
@@ -158,6 +160,8 @@ fn keys_of_files_are_those_of_their_declarations() {
         ("files", "", RobotFile::tables()),
         ("files", "", BenchFile::tables()),
         ("files", "", LogMapping::tables()),
+        ("servos", "", ServoBenchFile::tables()),
+        ("servos", "### The search space of a fit", FitSpace::tables()),
     ] {
         check_keys(&path(page), heading, &tables);
     }

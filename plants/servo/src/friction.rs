@@ -129,17 +129,23 @@ impl GearLoss {
         ] != [0.0; 4]
     }
 
-    /// Returns the shares μ that are lost at a rate \[rad/s\]: driving and driven \[1\].
-    pub fn shares(&self, rate: f64) -> [f64; 2] {
-        let further = |share: f64, over: f64| {
-            if share == 0.0 {
-                0.0
-            } else {
-                share * libm::exp(-rate.abs() / over)
-            }
-        };
-        let driving = self.driving + further(self.static_driving, self.driving_rate);
-        let driven = self.driven + further(self.static_driven, self.driven_rate);
-        [driving, driven.min(DRIVEN_SHARE_MAX)]
+    /// Returns the share μ that is lost at a rate \[rad/s\] while the motor drives the load \[1\].
+    pub fn driving_share(&self, rate: f64) -> f64 {
+        self.driving + further(self.static_driving, rate, self.driving_rate)
+    }
+
+    /// Returns the share μ that is lost at a rate \[rad/s\] while the load drives the motor \[1\].
+    pub fn driven_share(&self, rate: f64) -> f64 {
+        let share = self.driven + further(self.static_driven, rate, self.driven_rate);
+        share.min(DRIVEN_SHARE_MAX)
+    }
+}
+
+/// Returns what is left at a rate of a share at rest.
+fn further(share: f64, rate: f64, over: f64) -> f64 {
+    if share == 0.0 {
+        0.0
+    } else {
+        share * libm::exp(-rate.abs() / over)
     }
 }

@@ -9,7 +9,7 @@
 //! use twinrig_servo::{ServoBench, ServoBenchFile};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let file = ServoBenchFile::find("xl330", "".as_ref())?.ok_or("no bench")?;
-//! let mut bench = ServoBench::new(&file.bench()?, &|signal| signal == "servo/angle");
+//! let mut bench = ServoBench::new(&file.bench()?, &|signal| signal == "servo/angle")?;
 //! // Half a radian upwards: gravity and friction leave an error of position.
 //! bench.advance(SimTime::ZERO + SimDuration::from_secs(1), &[0.5, 1.0])?;
 //! let mut angle = [0.0];

@@ -65,6 +65,7 @@ pub(crate) struct Electric {
 /// Forces on the shaft at an instant.
 struct Forces {
     acceleration: f64,
+    current: f64,
     motor: f64,
     friction: f64,
 }
@@ -172,7 +173,11 @@ impl Model {
 
     /// Returns the forces on a shaft that moves in `direction`, 1 or −1.
     fn forces(&self, bridge: Bridge, state: &State, direction: f64) -> Forces {
-        let motor = self.electric(bridge, state).torque;
+        let Electric {
+            current,
+            torque: motor,
+            ..
+        } = self.electric(bridge, state);
         let external = self.gravity(state.angle);
         let simple = self.friction.torque(state.rate, motor, external);
         let inertia = self.motor_inertia + self.load_inertia;
@@ -181,8 +186,12 @@ impl Model {
         if self.is_lossy {
             // The torque that the gear transmits, J_l ω' − τ_g, depends on the acceleration, and its
             // sign on the direction of power: one of both directions is consistent.
-            let [driving, driven] = self.gear.shares(state.rate);
-            for (power, share) in [(1.0, driving), (-1.0, -driven)] {
+            for power in [1.0, -1.0] {
+                let share = if power > 0.0 {
+                    self.gear.driving_share(state.rate)
+                } else {
+                    -self.gear.driven_share(state.rate)
+                };
                 acceleration = (motor + external * (1.0 + share) - direction * simple)
                     / (inertia + self.load_inertia * share);
                 let transmitted = self.load_inertia * acceleration - external;
@@ -194,6 +203,7 @@ impl Model {
         }
         Forces {
             acceleration,
+            current,
             motor,
             friction,
         }
@@ -242,29 +252,31 @@ impl Model {
                 state.rate.signum()
             };
             counts.steps += 1;
-            let (next, work, taken) = self.midpoint(bridge, state, direction, left);
-            self.warm(bridge, state, taken);
+            let (next, forces, taken) = self.midpoint(bridge, state, direction, left);
+            let turned = next.angle - state.angle;
+            works.motor += forces.motor * turned;
+            works.friction += forces.friction * turned.abs();
+            self.warm(forces.current, state, taken);
             (state.angle, state.rate) = (next.angle, next.rate);
-            works.motor += work.motor;
-            works.friction += work.friction;
             if taken == left {
                 return;
             }
             counts.events += 1;
             left -= taken;
         }
-        self.warm(bridge, state, left);
+        let current = self.electric(bridge, state).current;
+        self.warm(current, state, left);
     }
 
-    /// Returns the state after `seconds`, or where the shaft comes to rest before, with the works
-    /// until then and the time taken.
+    /// Returns the state after `seconds`, or where the shaft comes to rest before, with the forces
+    /// in the middle of that time, and the time taken.
     fn midpoint(
         &self,
         bridge: Bridge,
         state: &State,
         direction: f64,
         seconds: f64,
-    ) -> (State, Works, f64) {
+    ) -> (State, Forces, f64) {
         let first = self.forces(bridge, state, direction);
         let half = 0.5 * seconds;
         let middle = State {
@@ -280,12 +292,7 @@ impl Model {
                 heat: state.heat,
             };
             if next.rate * direction > 0.0 {
-                let turned = next.angle - state.angle;
-                let works = Works {
-                    motor: forces.motor * turned,
-                    friction: forces.friction * turned.abs(),
-                };
-                return (next, works, seconds);
+                return (next, forces, seconds);
             }
             return self.to_rest(
                 bridge,
@@ -307,7 +314,7 @@ impl Model {
         direction: f64,
         [first, middle]: [f64; 2],
         seconds: f64,
-    ) -> (State, Works, f64) {
+    ) -> (State, Forces, f64) {
         // rate(t) = rate + first t + curve t²
         let curve = (middle - first) / seconds;
         let discriminant = (first * first - 4.0 * curve * state.rate).max(0.0);
@@ -324,25 +331,19 @@ impl Model {
             heat: state.heat,
         };
         let forces = self.forces(bridge, &mean, direction);
-        let turned = angle - state.angle;
-        let works = Works {
-            motor: forces.motor * turned,
-            friction: forces.friction * turned.abs(),
-        };
         let rest = State {
             angle,
             rate: 0.0,
             heat: state.heat,
         };
-        (rest, works, root)
+        (rest, forces, root)
     }
 
     /// Advances the temperature of the winding under a constant current, exactly.
-    fn warm(&self, bridge: Bridge, state: &mut State, seconds: f64) {
+    fn warm(&self, current: f64, state: &mut State, seconds: f64) {
         if self.heat_per_joule == 0.0 {
             return;
         }
-        let current = self.electric(bridge, state).current;
         let winding = self.resistance * (1.0 + COPPER * state.heat);
         let heating = current * current * winding * self.heat_per_joule;
         if self.cooling == 0.0 {

@@ -165,8 +165,6 @@ impl ServoBench {
         self.work.evaluations += 2 * counts.steps;
         self.ledger.actuator += works.motor;
         self.ledger.dissipated += works.friction;
-        let [kinetic, potential] = self.model.stored(&self.state);
-        self.ledger.close_step([kinetic, 0.0, potential]);
         if self.past.len() == self.past.capacity() {
             self.past.pop_front();
         }
@@ -275,6 +273,8 @@ impl Plant for ServoBench {
             self.period();
         }
         self.now = to;
+        let [kinetic, potential] = self.model.stored(&self.state);
+        self.ledger.close_step([kinetic, 0.0, potential]);
         if !(self.state.angle.is_finite() && self.state.rate.is_finite()) {
             return Err(self.fault("servo", "the motion has no bounds"));
         }

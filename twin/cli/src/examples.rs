@@ -34,6 +34,7 @@ examples! {
     "passive-legs-free"
     "payload"
     "push"
+    "servo"
     "stand"
     "step-change"
     "step-down"

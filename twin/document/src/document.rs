@@ -100,6 +100,11 @@ impl Document {
         entries.iter().map(|entry| entry.key.as_str())
     }
 
+    /// Returns the values, to replace those of another document.
+    pub fn overrides(&self) -> Overrides {
+        Overrides::of(&self.root)
+    }
+
     /// Returns the place of the value at a dotted key without quotes; none if there is none.
     pub fn place(&self, key: &str) -> Option<Place> {
         let keys: Vec<String> = key.split('.').map(str::to_owned).collect();

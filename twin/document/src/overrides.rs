@@ -21,6 +21,14 @@ impl Overrides {
         self.leaves.is_empty()
     }
 
+    /// Returns these values and then `others`, which replace those of the same keys.
+    #[must_use]
+    pub fn and(&self, others: &Self) -> Self {
+        Self {
+            leaves: [self.leaves.as_slice(), &others.leaves].concat(),
+        }
+    }
+
     /// Dotted keys of the replaced values.
     pub fn keys(&self) -> impl Iterator<Item = String> + use<'_> {
         self.leaves.iter().map(|(keys, ..)| keys.join("."))

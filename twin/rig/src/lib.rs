@@ -22,6 +22,7 @@
 //! | `assembly` | from a file to a rig |
 //! | `run` | execution, observers, judging, continuation on another plant, hardware |
 //! | `report` | the result as data |
+//! | `playback` | recorded commands, played on a plant at their own times |
 //! | `scenario_text` | a scenario with other settings and further changes, for another folder |
 //! | `fmu` | FMUs of scenarios and their instances |
 //!
@@ -40,6 +41,7 @@ pub mod fmu;
 mod offer;
 pub mod parts;
 mod plant_id;
+pub mod playback;
 pub mod registry;
 pub mod report;
 pub mod run;

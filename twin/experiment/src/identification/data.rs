@@ -6,6 +6,7 @@ use twinrig_campaign::identification::{FitSpace, ResidualSpec};
 use twinrig_document::parse_quantity;
 use twinrig_kernel::{SimTime, Unit};
 use twinrig_record::{RecordError, Recording, Series};
+use twinrig_rig::playback::TimedValues;
 
 use super::error::FitError;
 
@@ -23,19 +24,11 @@ pub(super) struct FitData {
     /// Values of the file of robot or bench that the recording states: keys and values in TOML.
     pub settings: Vec<(String, String)>,
     /// Recorded commands, by the name of the input of the twin.
-    pub commands: Vec<(String, Commands)>,
+    pub commands: Vec<(String, TimedValues)>,
     /// State of the twin at the start.
     pub start: Vec<(String, f64)>,
     /// Compared signals, in the order of the search space.
     pub compared: Vec<Compared>,
-    /// Time of the last sample of a compared signal.
-    pub end: SimTime,
-}
-
-/// A command over time.
-pub(super) struct Commands {
-    pub times: Vec<SimTime>,
-    pub values: Vec<f64>,
 }
 
 /// A compared signal over time.
@@ -62,7 +55,7 @@ impl FitData {
                 let series = scalar(series)?;
                 commands.push((
                     input.clone(),
-                    Commands {
+                    TimedValues {
                         times: series.times,
                         values: series.values,
                     },
@@ -94,7 +87,6 @@ impl FitData {
             let key = key.strip_prefix(SETTING)?;
             Some((key.to_owned(), value.to_owned()))
         });
-        let ends = compared.iter().filter_map(|signal| signal.times.last());
         let bytes = twinrig_document::read_file(path, u64::MAX).unwrap_or_default();
         Ok(Self {
             name: path
@@ -107,7 +99,6 @@ impl FitData {
             settings: settings.collect(),
             commands,
             start,
-            end: ends.copied().max().unwrap_or(SimTime::ZERO),
             compared,
         })
     }

@@ -29,9 +29,9 @@ pub enum FitError {
         /// Components.
         size: usize,
     },
-    /// The twin has no such output.
-    #[error("the twin has no output `{0}`")]
-    NoOutput(String),
+    /// The twin has no such signal.
+    #[error("{0}")]
+    Playback(#[from] twinrig_rig::playback::PlaybackError),
     /// A deviation is no quantity of the unit of its signal.
     #[error("the deviation of `{signal}`: {why}")]
     Deviation {

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use twinrig_campaign::identification::FitSpace;
 use twinrig_campaign::least_squares::{Information, LeastSquares, Loss, Minimum};
 use twinrig_campaign::search::{CmaEs, Dimension};
+use twinrig_campaign::sweep::SweepValue;
 use twinrig_document::Document;
+use twinrig_rig::assembly::Assembly;
 use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 
@@ -74,21 +76,25 @@ pub fn fit(
     let values = space.values(&middle);
     let keys = space.dimensions.iter().map(|it| it.key.value.as_str());
     let point: Vec<_> = keys.zip(values.iter().map(|it| it.toml.as_str())).collect();
-    let plant = twin.plant(&[], &point)?;
+    let plant = twin.plant(&twin.of_recording(&[])?, &point)?;
     let inputs = Twin::inputs(&*plant);
-    let mut data: Vec<FitData> = Vec::new();
+    let mut data: Vec<Recorded<'_>> = Vec::new();
     for path in &request.recordings {
         let read = FitData::read(path, &space, &inputs)?;
-        if data.iter().any(|other| other.hash == read.hash) {
+        if data.iter().any(|other| other.data.hash == read.hash) {
             return Err(FitError::Twice(read.file).into());
         }
         // Errors of a setting are reported before the search.
-        let mut plant = twin.plant(&read.settings, &point)?;
+        let assembly = twin.of_recording(&read.settings)?;
+        let mut plant = twin.plant(&assembly, &point)?;
         twin.play(&read, &mut *plant)?;
-        data.push(read);
+        data.push(Recorded {
+            data: read,
+            assembly,
+        });
     }
-    let all: Vec<&FitData> = data.iter().collect();
-    let samples: usize = all.iter().map(|it| it.samples()).sum();
+    let all: Vec<&Recorded<'_>> = data.iter().collect();
+    let samples: usize = all.iter().map(|it| it.data.samples()).sum();
     if samples <= space.dimensions.len() {
         let parameters = space.dimensions.len();
         return Err(FitError::TooFewSamples {
@@ -120,7 +126,7 @@ pub fn fit(
     let mut outcome = fitter.outcome(&all, &minimum, searched);
     for left_out in 0..folds {
         fitter.progress.fits += 1;
-        let others: Vec<&FitData> = all
+        let others: Vec<&Recorded<'_>> = all
             .iter()
             .enumerate()
             .filter_map(|(index, it)| (index != left_out).then_some(*it))
@@ -132,6 +138,12 @@ pub fn fit(
         });
     }
     Ok(outcome)
+}
+
+/// A recording with its twin.
+struct Recorded<'r> {
+    data: FitData,
+    assembly: Assembly<'r>,
 }
 
 fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {
@@ -163,12 +175,12 @@ impl Fitter<'_, '_> {
 
     /// Fits the parameters to some recordings; returns the minimum, and the evaluations of the
     /// search of its start.
-    fn fit(&mut self, data: &[&FitData]) -> Result<(Minimum, u64), Error> {
+    fn fit(&mut self, data: &[&Recorded<'_>]) -> Result<(Minimum, u64), Error> {
         let settings = self.settings();
         let (space, twin) = (self.space, self.twin);
         let model = |point: &[f64]| residuals(space, twin, data, point);
         let count = space.dimensions.len();
-        let samples: usize = data.iter().map(|it| it.samples()).sum();
+        let samples: usize = data.iter().map(|it| it.data.samples()).sum();
         let (observer, mut progress) = (&mut *self.observer, self.progress);
         let mut searched = 0;
         let start = if space.generations == 0 {
@@ -206,8 +218,9 @@ impl Fitter<'_, '_> {
     }
 
     /// Returns the residuals of a recording in the units of its signals.
-    fn residuals_of(&self, data: &FitData, point: &[f64]) -> Vec<RecordingResidual> {
-        let scaled = of_recording(self.space, self.twin, data, point);
+    fn residuals_of(&self, recorded: &Recorded<'_>, point: &[f64]) -> Vec<RecordingResidual> {
+        let scaled = of_recording(self.space, self.twin, recorded, point);
+        let data = &recorded.data;
         let mut rest = scaled.as_slice();
         let signals = data.compared.iter().zip(&self.space.residuals);
         signals
@@ -231,9 +244,9 @@ impl Fitter<'_, '_> {
             .collect()
     }
 
-    fn outcome(&self, data: &[&FitData], minimum: &Minimum, searched: u64) -> FitOutcome {
+    fn outcome(&self, data: &[&Recorded<'_>], minimum: &Minimum, searched: u64) -> FitOutcome {
         let space = self.space;
-        let series = data.iter().flat_map(|it| &it.compared);
+        let series = data.iter().flat_map(|it| &it.data.compared);
         let mut series: Vec<usize> = series.map(|signal| signal.times.len()).collect();
         series.extend(std::iter::repeat_n(1, space.priors.len()));
         let information = Information::of(&self.settings(), minimum, &series);
@@ -313,11 +326,14 @@ fn parameter(
             interval.from + share * (interval.to - interval.from)
         }
     };
+    // An interval tells no more digits.
+    let estimate = value.number.unwrap_or(f64::NAN);
+    let estimate: f64 = format!("{estimate:.5e}").parse().unwrap_or(estimate);
     FittedParameter {
         key: dimension.key.value.clone(),
         unit: interval.unit.symbol().to_owned(),
-        estimate: value.number.unwrap_or(f64::NAN),
-        toml: value.toml.clone(),
+        estimate,
+        toml: SweepValue::quantity(estimate, interval.unit).toml,
         range: [interval.from, interval.to],
         interval: is_known.then(|| [at(share - reach), at(share + reach)]),
         at_bound: !information.free[index],
@@ -328,7 +344,7 @@ fn parameter(
 fn residuals(
     space: &FitSpace,
     twin: &Twin<'_>,
-    data: &[&FitData],
+    data: &[&Recorded<'_>],
     point: &[f64],
 ) -> Option<Vec<f64>> {
     let mut all = Vec::new();
@@ -345,12 +361,18 @@ fn residuals(
 }
 
 /// Returns the residuals of a recording, in standard deviations.
-fn of_recording(space: &FitSpace, twin: &Twin<'_>, data: &FitData, point: &[f64]) -> Vec<f64> {
+fn of_recording(
+    space: &FitSpace,
+    twin: &Twin<'_>,
+    recorded: &Recorded<'_>,
+    point: &[f64],
+) -> Vec<f64> {
+    let data = &recorded.data;
     let values = space.values(point);
     let keys = space.dimensions.iter().map(|it| it.key.value.as_str());
     let point: Vec<_> = keys.zip(values.iter().map(|it| it.toml.as_str())).collect();
     let played = twin
-        .plant(&data.settings, &point)
+        .plant(&recorded.assembly, &point)
         .ok()
         .and_then(|mut plant| twin.play(data, &mut *plant).ok().flatten());
     let Some(played) = played else {

@@ -6,11 +6,12 @@ use twinrig_campaign::identification::FitSpace;
 use twinrig_document::Document;
 use twinrig_kernel::{Direction, SimTime};
 use twinrig_rig::assembly::Assembly;
+use twinrig_rig::playback::{Playback, TimedValues};
 use twinrig_rig::registry::Registry;
 use twinrig_runtime::{Plant, PlantState};
 use twinrig_scenario::Setting;
 
-use super::data::{Commands, FitData};
+use super::data::FitData;
 use super::error::FitError;
 use crate::error::Error;
 
@@ -64,29 +65,53 @@ impl<'r> Twin<'r> {
         &self.file
     }
 
-    /// Builds the plant with the settings of a recording and those of a point.
-    pub(super) fn plant(
+    /// Returns the twin of a recording: the scenario with the values that it states.
+    ///
+    /// # Errors
+    /// Errors of the scenario, and values that its plant does not have.
+    pub(super) fn of_recording(
         &self,
         recorded: &[(String, String)],
+    ) -> Result<Assembly<'r>, Error> {
+        let mut settings = self.settings.clone();
+        settings.extend(recorded.iter().map(|(key, value)| Setting {
+            origin: self.origin.clone(),
+            key: format!("{OVERRIDE}.{key}"),
+            value: value.clone(),
+        }));
+        let builder = Assembly::builder(self.registry).settings(&settings);
+        Ok(builder.text(&self.file, &self.text, &self.folder)?)
+    }
+
+    /// Builds the plant of a recording at a point: keys and values in TOML.
+    ///
+    /// # Errors
+    /// Values that the plant does not accept.
+    pub(super) fn plant(
+        &self,
+        assembly: &Assembly<'r>,
         point: &[(&str, &str)],
     ) -> Result<Box<dyn Plant>, Error> {
-        let mut settings = self.settings.clone();
-        let mut set = |key: String, value: &str| {
-            settings.push(Setting {
-                origin: self.origin.clone(),
-                key,
-                value: value.to_owned(),
-            });
-        };
-        for (key, value) in recorded {
-            set(format!("{OVERRIDE}.{key}"), value);
-        }
+        let mut overrides = Document::parse(&self.origin, "")?;
+        let (mut others, prefix) = (Vec::new(), format!("{OVERRIDE}."));
         for (key, value) in point {
-            set((*key).to_owned(), value);
+            match key.strip_prefix(&prefix) {
+                Some(key) => overrides.set(&self.origin, key, value)?,
+                None => others.push(Setting {
+                    origin: self.origin.clone(),
+                    key: (*key).to_owned(),
+                    value: (*value).to_owned(),
+                }),
+            }
         }
+        if others.is_empty() {
+            return Ok(assembly.overridden_plant(&overrides.overrides(), &self.outputs)?);
+        }
+        // Keys of the scenario itself: all of it is read again.
+        let settings = [assembly.scenario().settings.as_slice(), &others].concat();
         let builder = Assembly::builder(self.registry).settings(&settings);
         let assembly = builder.text(&self.file, &self.text, &self.folder)?;
-        Ok(assembly.bare_plant(&self.outputs)?)
+        Ok(assembly.overridden_plant(&overrides.overrides(), &self.outputs)?)
     }
 
     /// Returns the names of the inputs of a plant, in order.
@@ -98,116 +123,25 @@ impl<'r> Twin<'r> {
             .collect()
     }
 
-    /// Returns the places of the compared outputs in those of a plant.
-    fn places(&self, plant: &dyn Plant) -> Result<(Vec<usize>, usize), FitError> {
-        let mut start = 0;
-        let mut found = vec![None; self.outputs.len()];
-        for port in plant.ports() {
-            if port.direction != Direction::Output {
-                continue;
-            }
-            for (place, name) in found.iter_mut().zip(&self.outputs) {
-                if *name == port.name && port.size == 1 {
-                    *place = Some(start);
-                }
-            }
-            start += port.size;
-        }
-        let places = found.into_iter().zip(&self.outputs);
-        let places =
-            places.map(|(place, name)| place.ok_or_else(|| FitError::NoOutput(name.clone())));
-        Ok((places.collect::<Result<_, _>>()?, start))
-    }
-
     /// Plays the commands of a recording on a plant; returns the outputs at the times of each
     /// compared signal, none where the plant has failed.
+    ///
+    /// # Errors
+    /// [`FitError`] if the plant lacks a signal or does not start as the recording does.
     pub(super) fn play(
         &self,
         data: &FitData,
         plant: &mut dyn Plant,
     ) -> Result<Option<Vec<Vec<f64>>>, FitError> {
-        let (places, width) = self.places(plant)?;
-        let mut inputs = vec![0.0; Self::inputs(plant).len()];
-        plant.initial_inputs(&mut inputs);
+        let names = data.commands.iter().map(|(name, _)| name.as_str());
+        let outputs = self.outputs.iter().map(String::as_str);
+        let playback = Playback::new(plant, names, outputs)?;
         start(data, plant)?;
-        let mut outputs = vec![0.0; width];
-        let names = Self::inputs(plant);
-        let mut commands: Vec<Cursor<'_>> = data
-            .commands
-            .iter()
-            .filter_map(|(name, commands)| {
-                let input = names.iter().position(|known| known == name)?;
-                Some(Cursor {
-                    commands,
-                    input,
-                    next: 0,
-                })
-            })
-            .collect();
-        let mut read = vec![0; data.compared.len()];
-        let mut played: Vec<Vec<f64>> = data
-            .compared
-            .iter()
-            .map(|signal| Vec::with_capacity(signal.times.len()))
-            .collect();
-        let mut now = SimTime::ZERO;
-        for command in &mut commands {
-            command.take(now, &mut inputs);
-        }
-        loop {
-            let due = commands.iter().filter_map(Cursor::due);
-            let sampled = data.compared.iter().zip(&read);
-            let sampled = sampled.filter_map(|(signal, read)| signal.times.get(*read).copied());
-            let Some(next) = due.chain(sampled).min().filter(|next| *next <= data.end) else {
-                return Ok(Some(played));
-            };
-            if next > now {
-                if plant.advance(next, &inputs).is_err() {
-                    return Ok(None);
-                }
-                now = next;
-            }
-            let mut observed = false;
-            for ((signal, read), (values, place)) in data
-                .compared
-                .iter()
-                .zip(&mut read)
-                .zip(played.iter_mut().zip(&places))
-            {
-                while signal.times.get(*read) == Some(&now) {
-                    if !observed {
-                        plant.observe(&mut outputs);
-                        observed = true;
-                    }
-                    values.push(outputs[*place]);
-                    *read += 1;
-                }
-            }
-            for command in &mut commands {
-                command.take(now, &mut inputs);
-            }
-        }
-    }
-}
-
-/// A command and its next value.
-struct Cursor<'d> {
-    commands: &'d Commands,
-    input: usize,
-    next: usize,
-}
-
-impl Cursor<'_> {
-    fn due(&self) -> Option<SimTime> {
-        self.commands.times.get(self.next).copied()
-    }
-
-    /// Puts the values that are due into the inputs.
-    fn take(&mut self, now: SimTime, inputs: &mut [f64]) {
-        while self.due().is_some_and(|due| due <= now) {
-            inputs[self.input] = self.commands.values[self.next];
-            self.next += 1;
-        }
+        let commands: Vec<&TimedValues> = data.commands.iter().map(|(_, it)| it).collect();
+        let samples: Vec<_> = data.compared.iter().map(|it| it.times.as_slice()).collect();
+        Ok(playback
+            .play(plant, SimTime::ZERO, &commands, &samples)
+            .ok())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use twinrig_document::{DocumentError, Placed, Problem, Warning};
+use twinrig_document::{DocumentError, Overrides, Placed, Problem, Warning};
 use twinrig_kernel::{Port, signal};
 use twinrig_robot::{LegMount, PointMass, Robot, RobotError, RobotFile};
 use twinrig_scenario::{LegFact, PayloadSpec, Scenario};
@@ -55,6 +55,35 @@ impl Body {
             robot,
             standalone_model,
             sensors: Sensors::of(registry, scenario, kept)?,
+        })
+    }
+
+    /// Returns the body with further values of its file replaced. No file is read.
+    pub(crate) fn overridden(
+        &self,
+        registry: &Registry,
+        scenario: &Scenario,
+        overrides: &Overrides,
+    ) -> Result<Self, Error> {
+        let overrides = &scenario.overrides.and(overrides);
+        let files = self.files();
+        let standalone_model = registry.standalone_model(&ModelContext {
+            plant: &scenario.plant,
+            folder: &scenario.folder,
+            overrides,
+            seed: scenario.seed,
+            kept: Some(&files),
+        });
+        let robot = self.robot.as_ref().map(|filed| {
+            let placed = |error| placed(error, scenario.robot.as_ref(), &scenario.file);
+            let mut file = RobotFile::parse(&filed.file, &filed.text).map_err(placed)?;
+            file.override_with(overrides)?;
+            FiledRobot::of(&file, scenario)
+        });
+        Ok(Self {
+            robot: robot.transpose()?,
+            standalone_model: standalone_model.transpose()?.map(Arc::from),
+            sensors: self.sensors.clone(),
         })
     }
 

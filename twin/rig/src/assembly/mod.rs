@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use twinrig_document::Overrides;
 use twinrig_kernel::{Port, SimDuration, SimTime, count_drawn, drawn_streams, signal};
 use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
@@ -196,6 +197,27 @@ impl<'r> Assembly<'r> {
         let outputs = &self.facts.plant_outputs;
         self.part_builder()
             .bare_plant(&self.first_commands, outputs, &wanted)
+    }
+
+    /// Builds the plant of the scene as [`Self::bare_plant`] does, with further values of the file
+    /// of its robot or model replaced.
+    ///
+    /// # Errors
+    /// Values that are not accepted, and a plant that cannot be built.
+    pub fn overridden_plant(
+        &self,
+        overrides: &Overrides,
+        also: &[String],
+    ) -> Result<Box<dyn Plant>, Error> {
+        let body = self
+            .body
+            .overridden(self.registry, self.scenario(), overrides)?;
+        let wanted = [&self.scene.wanted, also].concat();
+        let builder = PartBuilder {
+            body: &body,
+            ..self.part_builder()
+        };
+        builder.bare_plant(&self.first_commands, &self.facts.plant_outputs, &wanted)
     }
 
     /// Builds the plant of the scene with another robot and other settings.
