@@ -3,9 +3,10 @@
 mod log;
 mod log_summary;
 mod mappings;
+mod refusal;
 
 use std::fs::{self, OpenOptions};
-use std::io::{self, ErrorKind, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use twinrig_description::{Imported, Language, import as read};
@@ -14,7 +15,7 @@ use twinrig_document::{DocumentError, Problem, TEXT_MOST, read_file};
 use super::{FAILURE, SUCCESS, Terminal};
 use crate::args::{ImportArgs, ImportCommand, ImportFileArgs};
 use crate::error::TwinError;
-use twinrig_rig::error::Error;
+use refusal::not_written;
 
 pub(super) fn import(args: &ImportArgs, terminal: &mut Terminal<'_>) -> u8 {
     let done = match &args.language {
@@ -90,18 +91,6 @@ fn write_new(path: &PathBuf, made: &Imported) -> Result<(), TwinError> {
         file.write_all(made.text.as_bytes())
     };
     written().map_err(|source| not_written(path, source))
-}
-
-/// Returns the error of a file that cannot be created, perhaps because it exists.
-fn not_written(path: &Path, source: io::Error) -> TwinError {
-    let path = path.to_owned();
-    TwinError::from(match source.kind() {
-        ErrorKind::AlreadyExists => Error::InvalidOptions {
-            why: format!("{} exists", path.display()),
-            help: "nothing is overwritten: choose another file with --out".to_owned(),
-        },
-        _ => Error::Write { path, source },
-    })
 }
 
 #[cfg(test)]

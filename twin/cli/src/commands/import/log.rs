@@ -10,7 +10,8 @@ use twinrig_record::{ImportedLog, LogLimits, LogMapping, RecordError, import_log
 use twinrig_rig::error::Error;
 
 use super::log_summary::LogSummary;
-use super::{mappings, not_written};
+use super::mappings;
+use super::refusal::not_written;
 use crate::args::ImportLogArgs;
 use crate::commands::{FAILURE, SUCCESS, Terminal};
 use crate::error::TwinError;

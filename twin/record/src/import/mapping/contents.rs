@@ -37,7 +37,7 @@ impl LogFormat {
     }
 
     /// Whether the log consists of messages of topics.
-    pub(in crate::import) fn has_topics(self) -> bool {
+    pub(crate) fn has_topics(self) -> bool {
         matches!(self, Self::Mcap | Self::Rosbag2)
     }
 }
@@ -203,14 +203,14 @@ pub struct LogMapping {
 
 impl LogMapping {
     /// Whether the signals are fields of messages.
-    pub(in crate::import) fn has_topics(&self) -> bool {
+    pub(crate) fn has_topics(&self) -> bool {
         self.signals
             .iter()
             .any(|signal| signal.column.topic.is_some())
     }
 
     /// Names of the constants of a log that are read: of settings, then of remarks.
-    pub(in crate::import) fn constants(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn constants(&self) -> impl Iterator<Item = &str> {
         let settings = self.settings.iter().map(|setting| setting.column.as_str());
         let notes = self.notes.iter().filter_map(|note| match &note.text {
             NoteText::Column(column) => Some(column.as_str()),

@@ -53,7 +53,7 @@ pub(super) struct Field {
 
 /// Definition of a type with the types that it uses.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(in crate::import) struct Definition {
+pub(crate) struct Definition {
     pub(super) main: Vec<Field>,
     pub(super) types: BTreeMap<String, Vec<Field>>,
 }
@@ -63,7 +63,7 @@ impl Definition {
     ///
     /// # Errors
     /// A line that is no field, or a type that is not defined.
-    pub(in crate::import) fn parse(name: &str, text: &str) -> Result<Self, String> {
+    pub(crate) fn parse(name: &str, text: &str) -> Result<Self, String> {
         let mut main = Vec::new();
         let mut types: BTreeMap<String, Vec<Field>> = BTreeMap::new();
         types.insert(

@@ -8,7 +8,7 @@ const DEPTH_MOST: usize = 32;
 
 /// Path of a field: `header.stamp`, `position[0]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(in crate::import) struct FieldPath(Vec<Step>);
+pub(crate) struct FieldPath(Vec<Step>);
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Step {
@@ -18,7 +18,7 @@ struct Step {
 
 impl FieldPath {
     /// Parses a path; none for other text.
-    pub(in crate::import) fn parse(text: &str) -> Option<Self> {
+    pub(crate) fn parse(text: &str) -> Option<Self> {
         let mut steps: Vec<Step> = Vec::new();
         for part in text.split('.') {
             let last = steps.last_mut().filter(|step| step.element.is_none());
@@ -45,7 +45,7 @@ impl FieldPath {
 
 /// Why a field has no value.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(in crate::import) enum NoField {
+pub(crate) enum NoField {
     /// The type has no such field; it has these.
     Unknown(Vec<String>),
     /// The message is shorter, or a list has fewer elements.
@@ -57,7 +57,7 @@ pub(in crate::import) enum NoField {
 }
 
 /// Returns the value of a field of a message.
-pub(in crate::import) fn field<'m>(
+pub(crate) fn field<'m>(
     definition: &Definition,
     path: &FieldPath,
     message: &'m [u8],
