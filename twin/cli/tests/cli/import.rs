@@ -136,9 +136,9 @@ fn imported_log_is_a_recording_with_its_facts() {
         "  time      0 s to 0.04 s",
         "  interval  p1 10 ms, p50 10 ms, p99 10 ms, longest 30 ms",
         "  gaps      1: 30 ms after 0.01 s",
-        "  repeated  goal in 1 rows",
+        "  repeated  goal in 1 of 3 rows",
         "  settings  load.mass = \"0.49 kg\"",
-        "  servo/position  measured           0   3.14159  rad",
+        "  servo/position  measured           0    3.14159  rad",
     ] {
         assert!(
             done.out.lines().any(|found| found == line),
@@ -177,7 +177,8 @@ fn logs_are_imported_one_by_one_and_failures_are_listed() {
     ];
     let done = twin(&[&words[..], &["--json"]].concat());
     assert_eq!((done.code, done.err.as_str()), (2, ""));
-    let [failed, written] = json(&done.out).try_into().unwrap();
+    let outcomes = &json(&done.out)[0];
+    let [failed, written] = [&outcomes[0], &outcomes[1]];
     let error = failed["error"].as_str().unwrap();
     assert!(
         error.contains("bad.csv:4 (row 3)") && error.contains("goes back"),

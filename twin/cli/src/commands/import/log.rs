@@ -23,7 +23,7 @@ const RECORDINGS: &str = "recordings";
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Outcome {
-    Written(LogSummary),
+    Written(Box<LogSummary>),
     Failed { file: String, error: String },
 }
 
@@ -39,7 +39,7 @@ pub(super) fn import(args: &ImportLogArgs, terminal: &mut Terminal<'_>) -> u8 {
     let mut outcomes = Vec::new();
     for (index, file) in args.files.iter().enumerate() {
         match imported(file, args, &mapping) {
-            Ok(summary) if args.json => outcomes.push(Outcome::Written(summary)),
+            Ok(summary) if args.json => outcomes.push(Outcome::Written(Box::new(summary))),
             Ok(summary) => {
                 if index > 0 {
                     terminal.print("");

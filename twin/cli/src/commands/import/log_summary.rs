@@ -155,16 +155,12 @@ impl LogSummary {
 
     fn facts(&self) -> Vec<(&'static str, String)> {
         let mut facts = vec![("rows", self.rows.to_string())];
-        let mut time = format!(
-            "{} to {}",
-            precise(self.start_s, "s"),
-            precise(self.end_s, "s")
-        );
-        if self.origin_ns != 0 {
-            let origin = self.origin_ns / 1_000_000_000;
-            time.push_str(&format!("; 0 is {origin} s of the log"));
-        }
-        facts.push(("time", time));
+        let origin = match self.origin_ns / 1_000_000_000 {
+            0 => String::new(),
+            origin => format!("; 0 is {origin} s of the log"),
+        };
+        let [start, end] = [self.start_s, self.end_s].map(|time| precise(time, "s"));
+        facts.push(("time", format!("{start} to {end}{origin}")));
         match self.groups.as_slice() {
             [first, others @ ..] if others.iter().all(|other| other.has_times_of(first)) => {
                 facts.extend(first.facts());
@@ -183,7 +179,7 @@ impl LogSummary {
         let held = self
             .held
             .iter()
-            .map(|(column, count)| format!("{column} in {count} rows"));
+            .map(|(column, count)| format!("{column} in {count} of {} rows", self.rows));
         let held: Vec<String> = held.collect();
         if !held.is_empty() {
             facts.push(("repeated", held.join(", ")));
