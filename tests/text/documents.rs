@@ -161,7 +161,11 @@ fn keys_of_files_are_those_of_their_declarations() {
         ("files", "", BenchFile::tables()),
         ("files", "", LogMapping::tables()),
         ("servos", "", ServoBenchFile::tables()),
-        ("servos", "### The search space of a fit", FitSpace::tables()),
+        (
+            "servos",
+            "### The search space of a fit",
+            FitSpace::tables(),
+        ),
     ] {
         check_keys(&path(page), heading, &tables);
     }

@@ -57,9 +57,11 @@ fn cross_table_rules(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<S
         let case = json!({ "properties": { "change": { "items": items } } });
         cases.push((vec![kind.name.clone()], case));
     }
+    let without_file = plant_of(|kind| kind.is_standalone && !kind.is_overridable);
     let faults = json!({ "properties": { "fault": { "maxItems": 0 } } });
     schema["dependentSchemas"] = json!({
         "change": of_controller(cases),
+        "override": { "if": without_file, "then": { "required": ["robot"] } },
         "fault": { "if": faults, "else": { "required": ["bus"] } },
     });
 }
