@@ -3,8 +3,7 @@
 use twinrig_document::declaration::{Defaulted, quantity, record};
 use twinrig_kernel::Unit;
 
-use crate::parameters::zero;
-use crate::ranges;
+use crate::ranges::{self, zero};
 
 record! {
     /// Friction by the torques of motor and load: the laws M1 to M6 of *Extended Friction Models
@@ -77,8 +76,8 @@ const EXPONENT: twinrig_document::declaration::Type<f64> = quantity(Unit::One, r
 const DRIVEN_SHARE_MAX: f64 = 0.95;
 
 impl Friction {
-    /// Returns the friction τ_f ≥ 0 \[N·m\] at a rate \[rad/s\] under the torques of motor and load
-    /// \[N·m\].
+    /// Returns the friction `τ_f` ≥ 0 \[N·m\] at a rate \[rad/s\] under the torques of motor and
+    /// load \[N·m\].
     pub fn torque(&self, rate: f64, motor: f64, external: f64) -> f64 {
         let speed = rate.abs();
         let mut torque = self.coulomb + self.viscous * speed;

@@ -1,7 +1,7 @@
 //! Serial servos: a position controller in firmware, a bridge at a supply with resistance, a
-//! direct-current motor whose winding heats up, and a gear with friction. [`ServoBench`] is a plant:
-//! one such servo that moves a mass on an arm in a vertical plane, as on the benches on which
-//! servos are measured.
+//! direct-current motor whose winding heats up, and a gear with friction. [`ServoBench`] is a
+//! plant: one such servo that moves a mass on an arm in a vertical plane, as on the benches on
+//! which servos are measured.
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
@@ -31,11 +31,11 @@
 //! (J_m + J_l) ω' = τ_m + τ_g − s τ_f         J_l = m l² + m_a l²/3
 //! ```
 //!
-//! V and R_s are the voltage and the resistance of the supply, whose mean current is d I. θ is the
-//! rise of the temperature of the winding, α the temperature coefficient of copper. With the torque
-//! off the bridge is open: I = 0. s is the direction of motion, τ_f ≥ 0 the friction
+//! V and `R_s` are the voltage and the resistance of the supply, whose mean current is d I. θ is
+//! the rise of the temperature of the winding, α the temperature coefficient of copper. With the
+//! torque off the bridge is open: I = 0. s is the direction of motion, `τ_f` ≥ 0 the friction
 //! ([`Friction`], [`GearLoss`]). A shaft at rest stays there while the other torques do not exceed
-//! τ_f(0); the instant at which it comes to rest is located within a step.
+//! `τ_f` at rest; the instant at which it comes to rest is located within a step.
 //!
 //! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
 //! compliance of the gear.

@@ -184,8 +184,8 @@ impl Model {
         let mut acceleration = (motor + external - direction * simple) / inertia;
         let mut friction = simple;
         if self.is_lossy {
-            // The torque that the gear transmits, J_l ω' − τ_g, depends on the acceleration, and its
-            // sign on the direction of power: one of both directions is consistent.
+            // The torque that the gear transmits, J_l ω' − τ_g, depends on the acceleration, and
+            // its sign on the direction of power: one of both directions is consistent.
             for power in [1.0, -1.0] {
                 let share = if power > 0.0 {
                     self.gear.driving_share(state.rate)

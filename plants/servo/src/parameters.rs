@@ -5,7 +5,7 @@ use twinrig_document::{Reported, Table};
 use twinrig_kernel::Unit;
 
 use crate::friction::{Friction, GearLoss};
-use crate::ranges;
+use crate::ranges::{self, zero};
 
 record! {
     /// A servo that moves a mass on an arm, read from a file of `benches/`.
@@ -118,9 +118,4 @@ fn check_counts(table: &Table<'_>, controller: &Controller) -> Result<(), Report
     }
     let message = format!("an encoder does not have {} counts", controller.counts);
     Err(table.report("counts", message, "expected 1 to 16777216"))
-}
-
-/// A quantity that is left out where it is zero.
-pub(crate) const fn zero(of: Type<f64>) -> Defaulted<f64> {
-    Defaulted(of, 0.0, "0")
 }

@@ -1,6 +1,7 @@
 //! Accepted values of servos that a hand can hold, but not what a slip of a unit makes of them.
 
 use twinrig_document::Range;
+use twinrig_document::declaration::{Defaulted, Type};
 
 pub(crate) const MASS: Range = Range::between(0.0, 100.0);
 pub(crate) const LENGTH: Range = Range::positive_to(5.0);
@@ -29,3 +30,8 @@ pub(crate) const PERIOD: Range = Range::between(1e-4, 0.05);
 pub(crate) const DELAY: Range = Range::between(0.0, 0.1);
 pub(crate) const SPEED: Range = Range::positive_to(1e3);
 pub(crate) const ACCELERATION: Range = Range::positive_to(1e6);
+
+/// A quantity that is left out where it is zero.
+pub(crate) const fn zero(of: Type<f64>) -> Defaulted<f64> {
+    Defaulted(of, 0.0, "0")
+}

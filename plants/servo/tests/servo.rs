@@ -93,7 +93,7 @@ fn free_swing_without_friction_has_the_period_of_the_pendulum() {
     let inertia = servo.motor.inertia + servo.load.mass * 0.01;
     let natural = (servo.load.mass * GRAVITY * 0.1 / inertia).sqrt();
     for amplitude in [0.1, 1.0, 2.5] {
-        let period = 4.0 * elliptic((0.5_f64 * amplitude).sin()) / natural;
+        let period = 4.0 * elliptic(libm::sin(0.5 * amplitude)) / natural;
         let mut run = Run::new(&servo, &["servo/angle", "servo/rate"], [amplitude, 0.0]);
         let [angle, rate] = run.at(3.0 * period, OFF)[..] else {
             unreachable!("two outputs");
@@ -128,7 +128,7 @@ fn coulomb_friction_takes_its_work_of_each_swing_and_holds_the_arm_at_the_end() 
         assert!((lost - 0.02 * (one + other)).abs() < 2e-4, "{turning:?}");
     }
     assert_eq!(last_rate, 0.0);
-    assert!((weight * angle.sin()).abs() <= 0.02);
+    assert!((weight * libm::sin(angle)).abs() <= 0.02);
 }
 
 #[test]

@@ -74,7 +74,7 @@ pub use coupling::{
     CouplingStudy, RigFactory, RigVariant, coupling,
 };
 pub use ensemble::{execute, with_ensemble};
-pub use error::{Error, StudyError};
+pub use error::{Error, FitError, StudyError};
 pub use estimate::recorder::{BenchRecorder, BenchRun};
 pub use estimate::{
     CalibrationRun, EstimateCurve, EstimateInput, EstimatePlan, EstimatePoint, EstimateStudy,
@@ -90,7 +90,7 @@ pub use feedback::{
 pub use gait::run::{FootContact, GaitRun, MeasuredCycle, MotionSample, PhaseSample};
 pub use gait_map::{GaitMap, GaitMapInput, GaitPoint};
 pub use identification::{
-    FitError, FitOutcome, FitProgress, FitRequest, FittedParameter, HeldOut, RecordingResidual,
+    FitOutcome, FitProgress, FitRequest, FittedParameter, HeldOut, RecordingResidual,
     UnknownDirection, fit, fit_page,
 };
 pub use machine::Machine;

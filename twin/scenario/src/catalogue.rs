@@ -40,6 +40,10 @@ impl Catalogue {
 
 /// A kind of part.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "properties that are independent of each other"
+)]
 pub struct Kind {
     /// Name in a scenario.
     pub name: String,

@@ -26,10 +26,9 @@ fn cholesky(matrix: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let mut factor = vec![vec![0.0; size]; size];
     for row in 0..size {
         for column in 0..=row {
-            let mut sum = matrix[row][column];
-            for before in 0..column {
-                sum -= factor[row][before] * factor[column][before];
-            }
+            let before = factor[row].iter().zip(&factor[column]).take(column);
+            let known: f64 = before.map(|(one, other)| one * other).sum();
+            let sum = matrix[row][column] - known;
             if row == column {
                 if !(sum.is_finite() && sum > 0.0) {
                     return None;

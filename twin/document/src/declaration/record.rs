@@ -60,10 +60,10 @@ impl<T: Clone + 'static> Field for Defaulted<T> {
 }
 
 /// Declares a table as a structure whose fields are its keys: the doc comment describes the key,
-/// and its value has the type after `=`, which may be [`Optional`] or [`Defaulted`]. The constants `TABLE` and
-/// `TYPE` are for declarations that contain the table. Its reader reports all problems of the
-/// table, and then calls the function after `checked by`, if there is one. Fields after `and` are
-/// no keys; they have their default when a table is read.
+/// and its value has the type after `=`, which may be [`Optional`] or [`Defaulted`]. The constants
+/// `TABLE` and `TYPE` are for declarations that contain the table. Its reader reports all problems
+/// of the table, and then calls the function after `checked by`, if there is one. Fields after
+/// `and` are no keys; they have their default when a table is read.
 ///
 /// ```
 /// use twinrig_document::declaration::{Optional, Type, quantity, record};

@@ -1,5 +1,6 @@
 //! Errors of experiments.
 
+mod fit;
 mod study;
 
 use std::path::PathBuf;
@@ -9,6 +10,7 @@ use twinrig_document::DocumentError;
 use twinrig_rig::error::Error as RigError;
 use twinrig_robot::RobotError;
 
+pub use fit::FitError;
 pub use study::StudyError;
 
 /// Error that prevents an experiment, or ends it as a whole.
@@ -58,7 +60,7 @@ pub enum Error {
     },
     /// A fit that is not possible.
     #[error("error: {0}")]
-    Fit(#[from] crate::identification::FitError),
+    Fit(#[from] FitError),
     /// A recording that cannot be read.
     #[error("error: {0}")]
     Recording(#[from] twinrig_record::RecordError),

@@ -8,7 +8,7 @@ use twinrig_kernel::{SimTime, Unit};
 use twinrig_record::{RecordError, Recording, Series};
 use twinrig_rig::playback::TimedValues;
 
-use super::error::FitError;
+use crate::error::{Error, FitError};
 
 /// Prefix of the metadata of a recording that set keys of the twin's file.
 const SETTING: &str = "setting.";
@@ -42,11 +42,7 @@ pub(super) struct Compared {
 
 impl FitData {
     /// Reads a recording; `inputs` are those of the twin.
-    pub(super) fn read(
-        path: &Path,
-        space: &FitSpace,
-        inputs: &[String],
-    ) -> Result<Self, crate::error::Error> {
+    pub(super) fn read(path: &Path, space: &FitSpace, inputs: &[String]) -> Result<Self, Error> {
         let file = path.display().to_string();
         let recording = Recording::open(path)?;
         let mut commands = Vec::new();
@@ -69,7 +65,7 @@ impl FitData {
             }
             .into());
         }
-        let signal = |name: &str| -> Result<Series, crate::error::Error> {
+        let signal = |name: &str| -> Result<Series, Error> {
             let series = recording.series(name);
             let series = series.map_err(|error| no_signal(&file, name, &error))?;
             Ok(scalar(series)?)

@@ -12,12 +12,11 @@ use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 
 use super::data::FitData;
-use super::error::FitError;
 use super::outcome::{
     Correlation, FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection,
 };
 use super::twin::Twin;
-use crate::error::Error;
+use crate::error::{Error, FitError};
 
 /// A fit to be done.
 #[derive(Clone, Debug)]

@@ -3,13 +3,11 @@
 //! CMA-ES searches a start, and least squares ends there.
 
 mod data;
-mod error;
 mod execute;
 mod outcome;
 mod twin;
 mod view;
 
-pub use error::FitError;
 pub use execute::{FitProgress, FitRequest, fit};
 pub use outcome::{FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection};
 pub use view::fit_page;

@@ -12,8 +12,7 @@ use twinrig_runtime::{Plant, PlantState};
 use twinrig_scenario::Setting;
 
 use super::data::FitData;
-use super::error::FitError;
-use crate::error::Error;
+use crate::error::{Error, FitError};
 
 /// Table of the values of the file of robot or bench that a scenario replaces.
 const OVERRIDE: &str = "override";

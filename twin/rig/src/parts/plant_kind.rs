@@ -24,6 +24,10 @@ type LoadModel =
 pub const SOFT: &str = "soft";
 
 /// Kind of plant.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "properties that are independent of each other"
+)]
 pub struct PlantKind {
     name: String,
     about: String,
