@@ -124,7 +124,7 @@ fn list_names_all_parts() {
     plants.sort();
     // Plants on engines that this build lacks are listed with the remedy.
     let known = [
-        "bench", "drives", "fmu", "lcp", "massless", "mjcf", "mujoco", "rapier",
+        "bench", "drives", "fmu", "lcp", "massless", "mjcf", "mujoco", "rapier", "servo",
     ];
     let tested = ["snapping", "toy"];
     assert_eq!(plants, [&known[..], &tested].concat());
@@ -139,7 +139,9 @@ fn list_names_all_parts() {
         json!("build with `--features mujoco`, after `ci/setup mujoco`")
     };
     assert_eq!((lacking("mjcf"), lacking("lcp")), (mujoco, json!(null)));
-    let controllers = ["cpg", "tegotae", "planner", "stand", "script", "turn"];
+    let controllers = [
+        "cpg", "tegotae", "planner", "stand", "script", "turn", "swing",
+    ];
     assert_eq!(names("controllers"), controllers);
     assert!(
         listing["robots"]
