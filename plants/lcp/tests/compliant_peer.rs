@@ -22,7 +22,7 @@ const LINEAR: SetPoint = SetPoint::Linear {
 };
 
 /// Duration in periods.
-const PERIODS: usize = 70;
+const PERIODS: usize = 100;
 
 /// Greatest distance between the two trajectories of a trunk or foot \[m\].
 const AGREEMENT: f64 = 2e-10;
