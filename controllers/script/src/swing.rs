@@ -1,7 +1,7 @@
 //! The controller `swing`.
 
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Process, ProcessVariable};
+use twinrig_runtime::{Process, ProcessVariable, restore_values};
 
 use crate::Shape;
 
@@ -89,14 +89,7 @@ impl Process for Swing {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (cycles, values): (f64, [f64; 4]) = snapshot.read()?;
-        for (variable, value) in self.variables.iter_mut().zip(values) {
-            variable
-                .set(value)
-                .map_err(|error| SnapshotError::Mismatch {
-                    expected: format!("a process with the variable `{}`", variable.name()),
-                    found: error.to_string(),
-                })?;
-        }
+        restore_values(&mut self.variables, &values)?;
         self.cycles = cycles;
         Ok(())
     }

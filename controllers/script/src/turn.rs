@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit, signal};
-use twinrig_runtime::{Process, ProcessVariable};
+use twinrig_runtime::{Process, ProcessVariable, restore_values};
 
 use crate::ScriptError;
 
@@ -128,14 +128,7 @@ impl Process for Turn {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let (state, values): (State, [f64; 2]) = snapshot.read()?;
-        for (variable, value) in self.variables.iter_mut().zip(values) {
-            variable
-                .set(value)
-                .map_err(|error| SnapshotError::Mismatch {
-                    expected: format!("a process with the variable `{}`", variable.name()),
-                    found: error.to_string(),
-                })?;
-        }
+        restore_values(&mut self.variables, &values)?;
         self.state = state;
         Ok(())
     }

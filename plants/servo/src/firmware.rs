@@ -131,11 +131,12 @@ impl Firmware {
         let mut rate = profile_speed.unwrap_or(f64::INFINITY);
         if let Some(acceleration) = profile_acceleration {
             // The rate from which the set-point can still stop at the target, after a whole step.
-            let gain = acceleration * period;
-            let stopping = (0.25 * gain * gain + 2.0 * acceleration * distance.abs()).sqrt();
-            rate = rate.min((stopping - 0.5 * gain).max(0.0));
+            let change_max = acceleration * period;
+            let stopping =
+                (0.25 * change_max * change_max + 2.0 * acceleration * distance.abs()).sqrt();
+            rate = rate.min((stopping - 0.5 * change_max).max(0.0));
             let wanted = rate.copysign(distance);
-            let change = (wanted - self.state.set_rate).clamp(-gain, gain);
+            let change = (wanted - self.state.set_rate).clamp(-change_max, change_max);
             self.state.set_rate += change;
         } else {
             self.state.set_rate = rate.copysign(distance);

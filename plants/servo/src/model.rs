@@ -25,7 +25,7 @@ pub(crate) struct State {
     /// Its rate; exactly zero at rest \[rad/s\].
     pub rate: f64,
     /// Rise of the temperature of the winding \[K\].
-    pub heat: f64,
+    pub rise: f64,
 }
 
 /// Command of the bridge.
@@ -155,7 +155,7 @@ impl Model {
                 ..Electric::default()
             };
         };
-        let winding = self.resistance * (1.0 + COPPER * state.heat);
+        let winding = self.resistance * (1.0 + COPPER * state.rise);
         let unlimited = (duty * self.voltage - self.constant * state.rate)
             / (winding + self.supply_resistance * duty * duty);
         let current = unlimited.clamp(-self.current_limit, self.current_limit);
@@ -282,14 +282,14 @@ impl Model {
         let middle = State {
             angle: state.angle + half * state.rate,
             rate: state.rate + half * first.acceleration,
-            heat: state.heat,
+            rise: state.rise,
         };
         if middle.rate * direction > 0.0 {
             let forces = self.forces(bridge, &middle, direction);
             let next = State {
                 angle: state.angle + seconds * middle.rate,
                 rate: state.rate + seconds * forces.acceleration,
-                heat: state.heat,
+                rise: state.rise,
             };
             if next.rate * direction > 0.0 {
                 return (next, forces, seconds);
@@ -328,13 +328,13 @@ impl Model {
         let mean = State {
             angle: 0.5 * (state.angle + angle),
             rate: 0.5 * state.rate,
-            heat: state.heat,
+            rise: state.rise,
         };
         let forces = self.forces(bridge, &mean, direction);
         let rest = State {
             angle,
             rate: 0.0,
-            heat: state.heat,
+            rise: state.rise,
         };
         (rest, forces, root)
     }
@@ -344,13 +344,13 @@ impl Model {
         if self.heat_per_joule == 0.0 {
             return;
         }
-        let winding = self.resistance * (1.0 + COPPER * state.heat);
+        let winding = self.resistance * (1.0 + COPPER * state.rise);
         let heating = current * current * winding * self.heat_per_joule;
         if self.cooling == 0.0 {
-            state.heat += seconds * heating;
+            state.rise += seconds * heating;
         } else {
-            let final_heat = heating / self.cooling;
-            state.heat = final_heat + (state.heat - final_heat) * exp(-seconds * self.cooling);
+            let final_rise = heating / self.cooling;
+            state.rise = final_rise + (state.rise - final_rise) * exp(-seconds * self.cooling);
         }
     }
 }

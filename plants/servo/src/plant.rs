@@ -19,8 +19,8 @@ use crate::parameters::ServoBenchParameters;
 /// | `servo/command` | input: commanded position \[rad\] |
 /// | `servo/enable` | input: torque on (not 0) or off \[1\] |
 /// | `servo/angle`, `servo/rate` | of the shaft \[rad\], \[rad/s\] |
-/// | `servo/reading` | angle of the shaft, as old as a position that is read now \[rad\] |
-/// | `servo/position` | position that is read now: that angle at a step of the controller, in counts of the encoder \[rad\] |
+/// | `servo/reading` | angle as old as a position that is read now \[rad\] |
+/// | `servo/position` | the same at a step of the controller, in counts of the encoder \[rad\] |
 /// | `servo/duty` | duty cycle of the bridge, 0 with the torque off \[1\] |
 /// | `servo/supply` | voltage of the supply behind its resistance \[V\] |
 /// | `servo/current`, `servo/torque` | of the motor \[A\], \[N·m\] |
@@ -42,6 +42,8 @@ pub struct ServoBench {
     inputs: [f64; 2],
     /// Angle and rate at the ends of the last periods, the newest one last.
     past: VecDeque<[f64; 2]>,
+    /// Number of periods that are kept in it.
+    kept: usize,
     ledger: Ledger,
     work: WorkCounts,
     ports: Vec<Port>,
@@ -77,7 +79,7 @@ const OUTPUTS: [(&str, Unit, Signal); 8] = [
 const ANGLE: &str = "servo/angle";
 const RATE: &str = "servo/rate";
 /// Temperature of the winding above that of the start \[K\], a name of the state.
-const HEAT: &str = "servo/winding/heat";
+const RISE: &str = "servo/winding/temperature_rise";
 const INPUTS: [(&str, Unit); 2] = [("servo/command", Unit::Radian), ("servo/enable", Unit::One)];
 
 #[derive(Serialize, Deserialize)]
@@ -111,7 +113,9 @@ impl ServoBench {
         let controller = &parameters.controller;
         let firmware = Firmware::new(controller, 0.0);
         let reading_delay = duration(controller.reading_delay);
-        let periods = reading_delay.as_nanos() / firmware.period().as_nanos() + 3;
+        // The oldest one that is read, the one before it, and the one that is ahead of the present.
+        let kept = reading_delay.as_nanos() / firmware.period().as_nanos() + 3;
+        let kept = usize::try_from(kept).unwrap_or(usize::MAX);
         let (ports, signals) = signals(requested);
         let model = Model::new(parameters)?;
         let mut bench = Self {
@@ -124,7 +128,8 @@ impl ServoBench {
             state: State::default(),
             bridge: Bridge::Open,
             inputs: [0.0, 1.0],
-            past: VecDeque::with_capacity(usize::try_from(periods).unwrap_or_default()),
+            past: VecDeque::with_capacity(kept),
+            kept,
             ledger: Ledger::opened([0.0; 3]),
             work: WorkCounts::default(),
             ports,
@@ -165,7 +170,7 @@ impl ServoBench {
         self.work.evaluations += 2 * counts.steps;
         self.ledger.actuator += works.motor;
         self.ledger.dissipated += works.friction;
-        if self.past.len() == self.past.capacity() {
+        if self.past.len() == self.kept {
             self.past.pop_front();
         }
         self.past.push_back([self.state.angle, self.state.rate]);
@@ -287,7 +292,7 @@ impl Plant for ServoBench {
         let state = State {
             angle,
             rate,
-            heat: self.state.heat,
+            rise: self.state.rise,
         };
         for (output, signal) in outputs.iter_mut().zip(&self.signals) {
             *output = match *signal {
@@ -331,9 +336,9 @@ impl Plant for ServoBench {
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let saved: Saved = snapshot.read()?;
-        if saved.past.is_empty() || saved.past.len() > self.past.capacity() {
+        if saved.past.is_empty() || saved.past.len() > self.kept {
             return Err(SnapshotError::Mismatch {
-                expected: format!("1 to {} past states", self.past.capacity()),
+                expected: format!("1 to {} past states", self.kept),
                 found: format!("{} past states", saved.past.len()),
             });
         }
@@ -346,16 +351,11 @@ impl Plant for ServoBench {
         Ok(())
     }
 
-    /// Angle, rate and heat of the winding, at the end of the period of the controller.
+    /// Angle and rate, and the temperature of the winding at the end of the present period.
     fn state(&self) -> Option<PlantState> {
-        let State { angle, rate, heat } = self.state;
-        let state = PlantState::at(self.tick);
-        Some(
-            state
-                .with(ANGLE, &[angle])
-                .with(RATE, &[rate])
-                .with(HEAT, &[heat]),
-        )
+        let [angle, rate] = self.motion_at(self.now);
+        let state = PlantState::at(self.now).with(ANGLE, &[angle]);
+        Some(state.with(RATE, &[rate]).with(RISE, &[self.state.rise]))
     }
 
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
@@ -369,13 +369,13 @@ impl Plant for ServoBench {
         self.state = State {
             angle,
             rate,
-            heat: value(HEAT).unwrap_or_default(),
+            rise: value(RISE).unwrap_or_default(),
         };
         self.inputs = [angle, 1.0];
         self.firmware.restart(angle);
         (self.now, self.tick, self.bridge) = (from.time, from.time, Bridge::Open);
         self.restart();
-        let known = [ANGLE, RATE, HEAT];
+        let known = [ANGLE, RATE, RISE];
         let unknown = from.iter().filter(|(name, _)| !known.contains(name));
         let lines = unknown.map(|(name, _)| format!("{name} is not a state of this plant"));
         Ok(lines.collect())

@@ -228,7 +228,7 @@ fn winding_heats_up_by_its_power_and_cools_exponentially() {
         run.bench
             .state()
             .unwrap()
-            .get("servo/winding/heat")
+            .get("servo/winding/temperature_rise")
             .unwrap()[0]
     };
     let before = heat(&run);
@@ -300,6 +300,100 @@ fn profile_obeys_its_limits_and_ends_at_the_command() {
     assert!((half - 0.5).abs() < 0.05, "{half}");
 }
 
+/// Each law is the one before it with more parameters: the numbers are those of the formula.
+#[test]
+fn laws_of_friction_are_those_of_their_formula() {
+    let (motor, external) = (0.3, -0.2);
+    let mut law = Friction {
+        viscous: 0.01,
+        coulomb: 0.02,
+        ..frictionless()
+    };
+    let mut expected = 0.02 + 0.01 * 0.5;
+    let close = |law: &Friction, expected: f64| {
+        for rate in [0.5, -0.5] {
+            let found = law.torque(rate, motor, external);
+            assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+        }
+    };
+    close(&law, expected);
+    (law.motor_load, law.external_load) = (0.1, 0.1);
+    expected += 0.1 * 0.5;
+    close(&law, expected);
+    (law.motor_load, law.external_load) = (0.1, 0.3);
+    expected += 0.3 * 0.2 - 0.1 * 0.2;
+    close(&law, expected);
+    (law.motor_load_square, law.external_load_square) = (0.5, 0.25);
+    expected += 0.5 * 0.09 + 0.25 * 0.04;
+    close(&law, expected);
+    (law.stribeck, law.stribeck_rate, law.stribeck_exponent) = (0.04, 0.25, 2.0);
+    (law.stribeck_motor_load, law.stribeck_external_load) = (0.2, 0.4);
+    close(&law, expected + libm::exp(-4.0) * (0.04 + 0.06 + 0.08));
+    // At rest, and far above the rate of Stribeck.
+    let rest = expected - 0.01 * 0.5 + 0.18;
+    assert!((law.torque(0.0, motor, external) - rest).abs() < 1e-15);
+    assert!((law.torque(50.0, motor, external) - (expected + 0.01 * 49.5)).abs() < 1e-12);
+}
+
+/// The torque of the motor under which a held arm starts to rise shows the friction at rest.
+#[test]
+fn arm_starts_where_the_motor_exceeds_gravity_and_friction() {
+    let mut servo = ideal();
+    servo.friction.coulomb = 0.01;
+    servo.friction.stribeck = 0.03;
+    servo.friction.external_load = 0.25;
+    let angle = 0.6;
+    let gravity = servo.load.mass * GRAVITY * 0.1 * libm::sin(angle);
+    let per_duty = servo.motor.torque_constant * servo.supply.voltage / servo.motor.resistance;
+    let per_radian = 400.0 * servo.controller.duty_per_count * 4096.0 / core::f64::consts::TAU;
+    let hold = 0.04 + 0.25 * gravity;
+    let rate = |torque: f64| {
+        let command = angle + torque / per_duty / per_radian;
+        Run::new(&servo, &["servo/rate"], [angle, 0.0]).at(2e-3, [command, 1.0])[0]
+    };
+    assert_eq!(rate(gravity + 0.999 * hold), 0.0);
+    assert!(rate(gravity + 1.001 * hold) > 0.0);
+    assert_eq!(rate(gravity - 0.999 * hold), 0.0);
+    assert!(rate(gravity - 1.001 * hold) < 0.0);
+}
+
+/// Parts that the file leaves out, and parts that have no effect, give the same bits.
+#[test]
+fn part_that_is_left_out_changes_no_bit() {
+    let whole = include_str!("../files/xl330.toml");
+    let (before, behind) = whole.split_once("[gear]").unwrap();
+    let (_, controller) = behind.split_once("[controller]").unwrap();
+    let without = format!("{before}[controller]{controller}");
+    let without = without.replace("resistance = \"1.149 ohm\"", "resistance = \"0 ohm\"");
+    let read = |text: &str| {
+        ServoBenchFile::parse("xl330.toml", text)
+            .unwrap()
+            .bench()
+            .unwrap()
+    };
+    let left_out = read(&without);
+    let mut without_effect = left_out.clone();
+    without_effect.gear.driving_rate = 7.0;
+    without_effect.friction.stribeck_rate = 7.0;
+    without_effect.friction.stribeck_exponent = 1.5;
+    without_effect.motor.current_limit = Some(1e3);
+    let trajectory = |servo: &ServoBenchParameters| {
+        let mut run = Run::new(servo, &["servo/angle", "servo/rate"], [0.3, 0.0]);
+        let steps = 1..300_u32;
+        let goal = |step: u32| {
+            [
+                libm::sin(f64::from(step) * 0.05),
+                f64::from(u8::from(step < 200)),
+            ]
+        };
+        steps
+            .map(|step| run.at(f64::from(step) * 5e-3, goal(step)))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(trajectory(&left_out), trajectory(&without_effect));
+    assert_ne!(trajectory(&left_out), trajectory(&read(whole)));
+}
+
 #[test]
 fn stiff_motor_is_refused() {
     let mut servo = sound();
@@ -310,7 +404,6 @@ fn stiff_motor_is_refused() {
 }
 
 proptest! {
-    /// A part whose parameters are zero, and one that is not in the file, give the same bits.
     #[test]
     fn trajectory_depends_neither_on_observation_nor_on_saving(
         cuts in proptest::collection::vec(0.0_f64..1.0, 1..20), goal in -1.5_f64..1.5,

@@ -112,7 +112,8 @@ pub use fingerprint::{Digest, Fingerprint};
 pub use import::{
     Conversion, ImportedGroup, ImportedLog, ImportedSignal, LogColumn, LogError, LogFault,
     LogFormat, LogGap, LogGroup, LogLimits, LogMapping, LogNote, LogOrigin, LogPeriods, LogPlace,
-    LogSetting, LogSignal, MissingValues, NoteText, Ratio, Word, import_log, import_log_from,
+    LogSetting, LogSignal, MissingValues, NoteText, Ratio, SETTING_PREFIX, Word, import_log,
+    import_log_from,
 };
 pub use index::SampledGroup;
 pub use messages::{

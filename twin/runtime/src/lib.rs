@@ -121,7 +121,7 @@ pub use panic::{PanicReport, PartKind, catch_panic, in_part};
 pub use part::{BusWork, Part};
 pub use plant::{EnergyBalance, Plant, PlantEvent, PlantEventKind, PlantFault, WorkCounts};
 pub use plant_state::PlantState;
-pub use process::{Process, check_values};
+pub use process::{Process, check_values, restore_values};
 pub use rig::Rig;
 pub use schedule::{Change, Schedule, slewed};
 pub use sensor::{SensorModel, SensorModelError};

@@ -81,24 +81,34 @@ pub trait Process: Send {
     /// [`SnapshotError`] if the snapshot belongs to another kind of process.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         let values: Vec<f64> = snapshot.read()?;
-        let variables = self.variables_mut();
-        let count = variables.len();
-        if values.len() != count {
-            return Err(SnapshotError::Mismatch {
-                expected: format!("a process of {count} variables"),
-                found: format!("one of {} variables", values.len()),
-            });
-        }
-        for (variable, value) in variables.iter_mut().zip(values) {
-            variable
-                .set(value)
-                .map_err(|error| SnapshotError::Mismatch {
-                    expected: format!("a process with the variable `{}`", variable.name()),
-                    found: error.to_string(),
-                })?;
-        }
-        Ok(())
+        restore_values(self.variables_mut(), &values)
     }
+}
+
+/// Restores the values of the variables of a process.
+///
+/// # Errors
+/// [`SnapshotError`] if there is not one for each variable, or a variable refuses its value.
+pub fn restore_values(
+    variables: &mut [ProcessVariable],
+    values: &[f64],
+) -> Result<(), SnapshotError> {
+    let count = variables.len();
+    if values.len() != count {
+        return Err(SnapshotError::Mismatch {
+            expected: format!("a process of {count} variables"),
+            found: format!("one of {} variables", values.len()),
+        });
+    }
+    for (variable, value) in variables.iter_mut().zip(values) {
+        variable
+            .set(*value)
+            .map_err(|error| SnapshotError::Mismatch {
+                expected: format!("a process with the variable `{}`", variable.name()),
+                found: error.to_string(),
+            })?;
+    }
+    Ok(())
 }
 
 /// Sets variables in this order, restores the process, and returns the first refusal.

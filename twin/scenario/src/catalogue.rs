@@ -38,12 +38,19 @@ impl Catalogue {
     }
 }
 
+/// Properties of a plant that is a standalone model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Standalone {
+    /// Whether it accepts the keys of plants on robots nevertheless, since it can take the place of
+    /// one. The ground and the legs then serve the judge; base, start and actuators are those of
+    /// the model.
+    pub takes_robot_keys: bool,
+    /// Whether it has a file whose values a scenario overrides, as those of a robot file.
+    pub is_overridable: bool,
+}
+
 /// A kind of part.
 #[derive(Clone, Debug, PartialEq)]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "properties that are independent of each other"
-)]
 pub struct Kind {
     /// Name in a scenario.
     pub name: String,
@@ -52,16 +59,9 @@ pub struct Kind {
     /// Remedy for a kind that this program lacks, such as the cargo feature to build it with; none
     /// if the kind is available.
     pub remedy: Option<String>,
-    /// Whether the plant is a standalone model: a scenario then requires no robot and cannot set
-    /// base, legs, ground, start and actuators. Plants only.
-    pub is_standalone: bool,
-    /// Whether a standalone plant accepts these keys nevertheless, since it can take the place of a
-    /// plant on a robot. The ground and the legs then serve the judge; base, start and actuators
-    /// are those of the model.
-    pub takes_robot_keys: bool,
-    /// Whether a standalone plant has a file of its own whose values a scenario overrides, as those
-    /// of a robot file.
-    pub is_overridable: bool,
+    /// Properties of a plant that is a standalone model: a scenario then requires no robot and cannot
+    /// set base, legs, ground, start and actuators. None of other plants.
+    pub standalone: Option<Standalone>,
     /// Whether trunk and feet can be pushed. Plants only.
     pub takes_pushes: bool,
     /// Keys of its table besides those common to all parts of its sort.
@@ -78,9 +78,7 @@ impl Kind {
             name: name.into(),
             about: about.into(),
             remedy: None,
-            is_standalone: false,
-            takes_robot_keys: false,
-            is_overridable: false,
+            standalone: None,
             takes_pushes: false,
             options: Vec::new(),
             variables: Vec::new(),
@@ -89,7 +87,8 @@ impl Kind {
 
     /// Returns whether a plant of this kind has the keys of plants on robots.
     pub(crate) fn has_robot_keys(&self) -> bool {
-        !self.is_standalone || self.takes_robot_keys
+        self.standalone
+            .is_none_or(|standalone| standalone.takes_robot_keys)
     }
 
     /// Returns the variable of that full name.

@@ -113,7 +113,7 @@ mod until;
 
 pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
 pub use body::{Along, BodyClaim, BodyMeasure};
-pub use catalogue::{Catalogue, Kind, VariableSpec};
+pub use catalogue::{Catalogue, Kind, Standalone, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
     Axis, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim, FootstepMeasure, LegChoice,

@@ -1,5 +1,7 @@
 //! Levenberg's and Marquardt's method.
 
+use twinrig_runtime::interrupt;
+
 use super::matrix::solve;
 use super::{Failure, Jacobian, LeastSquares, Residuals};
 
@@ -53,6 +55,22 @@ impl LeastSquares {
         start: &[f64],
         progress: &mut dyn FnMut(Step<'_>) -> bool,
     ) -> Result<Minimum, Failure> {
+        let mut iteration = 0;
+        let found = self.steps(model, start, progress, &mut iteration);
+        // An interrupted model has no result.
+        if interrupt::is_requested() {
+            return Err(Failure::Interrupted(iteration));
+        }
+        found
+    }
+
+    fn steps(
+        &self,
+        model: &dyn Residuals,
+        start: &[f64],
+        progress: &mut dyn FnMut(Step<'_>) -> bool,
+        iteration: &mut usize,
+    ) -> Result<Minimum, Failure> {
         let threads = rayon::ThreadPoolBuilder::new().num_threads(self.threads);
         let threads = threads.build();
         let threads = &threads.map_err(|error| Failure::Threads(error.to_string()))?;
@@ -61,9 +79,8 @@ impl LeastSquares {
         let mut cost = self.cost(&residuals);
         let mut jacobian = Jacobian::chosen(model, &point, self.difference, threads)?;
         let (mut damping, mut stalled, mut converged) = (DAMPING, 0, false);
-        let mut iteration = 0;
-        while iteration < self.iterations && !converged {
-            iteration += 1;
+        while *iteration < self.iterations && !converged {
+            *iteration += 1;
             let (matrix, gradient) = self.normal(&jacobian, &residuals);
             loop {
                 let step = damped_step(&matrix, &gradient, &point, damping);
@@ -97,12 +114,12 @@ impl LeastSquares {
             }
             converged |= stalled >= STALLED;
             let step = Step {
-                iteration,
+                iteration: *iteration,
                 cost,
                 point: &point,
             };
-            if !progress(step) || twinrig_runtime::interrupt::is_requested() {
-                return Err(Failure::Interrupted(iteration));
+            if !progress(step) {
+                return Err(Failure::Interrupted(*iteration));
             }
             if !converged {
                 jacobian.move_to(model, &point, threads)?;
@@ -114,7 +131,7 @@ impl LeastSquares {
             cost,
             residuals,
             jacobian,
-            iterations: iteration,
+            iterations: *iteration,
             converged,
         })
     }

@@ -67,7 +67,8 @@ fn run(
         })
     })?;
     let json = serde_json::to_string_pretty(&outcome).unwrap_or_default() + "\n";
-    let overlay = format!("{}.fit.toml", outcome.name);
+    // A name may have characters that a file may not have.
+    let overlay = format!("{title}.fit.toml");
     let files = [
         ("fit.json", json),
         (overlay.as_str(), outcome.overlay()),

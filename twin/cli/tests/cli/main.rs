@@ -11,6 +11,7 @@ mod constraints;
 mod estimate_study;
 mod examples;
 mod falls;
+mod fit;
 mod fmu;
 mod gait_studies;
 mod ground;

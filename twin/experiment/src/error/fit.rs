@@ -13,6 +13,14 @@ pub enum FitError {
         /// The nearest name, as a sentence.
         nearest: String,
     },
+    /// A signal has no samples.
+    #[error("`{signal}` has no samples in {recording}")]
+    Empty {
+        /// File of the recording.
+        recording: String,
+        /// The signal.
+        signal: String,
+    },
     /// A recording has no command for the twin.
     #[error("{recording} has none of the inputs of the twin: {inputs}")]
     NoCommands {

@@ -3,15 +3,12 @@
 use std::path::Path;
 
 use twinrig_campaign::identification::{FitSpace, ResidualSpec};
-use twinrig_document::parse_quantity;
+use twinrig_document::{parse_quantity, read_file};
 use twinrig_kernel::{SimTime, Unit};
-use twinrig_record::{RecordError, Recording, Series};
+use twinrig_record::{RecordError, Recording, SETTING_PREFIX, Series};
 use twinrig_rig::playback::TimedValues;
 
 use crate::error::{Error, FitError};
-
-/// Prefix of the metadata of a recording that set keys of the twin's file.
-const SETTING: &str = "setting.";
 
 /// Data of a recording.
 pub(super) struct FitData {
@@ -44,7 +41,12 @@ impl FitData {
     /// Reads a recording; `inputs` are those of the twin.
     pub(super) fn read(path: &Path, space: &FitSpace, inputs: &[String]) -> Result<Self, Error> {
         let file = path.display().to_string();
-        let recording = Recording::open(path)?;
+        let bytes = read_file(path, u64::MAX).map_err(|source| RecordError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        let hash = blake3::hash(&bytes).to_hex().to_string();
+        let recording = Recording::from_bytes(bytes)?;
         let mut commands = Vec::new();
         for input in inputs {
             if let Ok(series) = recording.series(input) {
@@ -67,8 +69,12 @@ impl FitData {
         }
         let signal = |name: &str| -> Result<Series, Error> {
             let series = recording.series(name);
-            let series = series.map_err(|error| no_signal(&file, name, &error))?;
-            Ok(scalar(series)?)
+            let series = scalar(series.map_err(|error| no_signal(&file, name, &error))?)?;
+            if series.times.is_empty() {
+                let (recording, signal) = (file.clone(), name.to_owned());
+                return Err(FitError::Empty { recording, signal }.into());
+            }
+            Ok(series)
         };
         let mut compared = Vec::new();
         for spec in &space.residuals {
@@ -77,13 +83,12 @@ impl FitData {
         let mut start = Vec::new();
         for state in &space.start {
             let first = signal(&state.signal)?.values.first().copied();
-            start.push((state.state.clone(), first.unwrap_or_default()));
+            start.extend(first.map(|first| (state.state.clone(), first)));
         }
         let settings = recording.notes().filter_map(|(key, value)| {
-            let key = key.strip_prefix(SETTING)?;
+            let key = key.strip_prefix(SETTING_PREFIX)?;
             Some((key.to_owned(), value.to_owned()))
         });
-        let bytes = twinrig_document::read_file(path, u64::MAX).unwrap_or_default();
         Ok(Self {
             name: path
                 .file_stem()
@@ -91,7 +96,7 @@ impl FitData {
                 .to_string_lossy()
                 .into_owned(),
             file,
-            hash: blake3::hash(&bytes).to_hex().to_string(),
+            hash,
             settings: settings.collect(),
             commands,
             start,

@@ -9,6 +9,7 @@ use twinrig_campaign::sweep::SweepValue;
 use twinrig_document::Document;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::registry::Registry;
+use twinrig_runtime::{Plant, interrupt};
 use twinrig_scenario::Setting;
 
 use super::data::FitData;
@@ -72,20 +73,22 @@ pub fn fit(
     let space = FitSpace::read(&Document::read(&request.space)?)?;
     let twin = Twin::new(registry, &space, &request.settings)?;
     let middle = vec![0.5; space.dimensions.len()];
-    let values = space.values(&middle);
-    let keys = space.dimensions.iter().map(|it| it.key.value.as_str());
-    let point: Vec<_> = keys.zip(values.iter().map(|it| it.toml.as_str())).collect();
-    let plant = twin.plant(&twin.of_recording(&[])?, &point)?;
-    let inputs = Twin::inputs(&*plant);
+    let plain = twin.of_recording(&[])?;
+    let inputs = Twin::inputs(&*plant_at(&space, &twin, &plain, &middle)?);
     let mut data: Vec<Recorded<'_>> = Vec::new();
     for path in &request.recordings {
         let read = FitData::read(path, &space, &inputs)?;
         if data.iter().any(|other| other.data.hash == read.hash) {
             return Err(FitError::Twice(read.file).into());
         }
-        // Errors of a setting are reported before the search.
+        // Errors of settings and ranges are reported before the search.
         let assembly = twin.of_recording(&read.settings)?;
-        let mut plant = twin.plant(&assembly, &point)?;
+        for (index, end) in (0..middle.len()).flat_map(|index| [(index, 0.0), (index, 1.0)]) {
+            let mut point = middle.clone();
+            point[index] = end;
+            plant_at(&space, &twin, &assembly, &point)?;
+        }
+        let mut plant = plant_at(&space, &twin, &assembly, &middle)?;
         twin.play(&read, &mut *plant)?;
         data.push(Recorded {
             data: read,
@@ -339,6 +342,19 @@ fn parameter(
     }
 }
 
+/// Builds the plant of a recording at shares of the ranges.
+fn plant_at<'r>(
+    space: &FitSpace,
+    twin: &Twin<'r>,
+    assembly: &Assembly<'r>,
+    point: &[f64],
+) -> Result<Box<dyn Plant>, Error> {
+    let values = space.values(point);
+    let keys = space.dimensions.iter().map(|it| it.key.value.as_str());
+    let point: Vec<_> = keys.zip(values.iter().map(|it| it.toml.as_str())).collect();
+    twin.plant(assembly, &point)
+}
+
 /// Returns the residuals of all recordings and priors, in standard deviations.
 fn residuals(
     space: &FitSpace,
@@ -348,7 +364,7 @@ fn residuals(
 ) -> Option<Vec<f64>> {
     let mut all = Vec::new();
     for data in data {
-        if twinrig_runtime::interrupt::is_requested() {
+        if interrupt::is_requested() {
             return None;
         }
         all.extend(of_recording(space, twin, data, point));
@@ -367,11 +383,7 @@ fn of_recording(
     point: &[f64],
 ) -> Vec<f64> {
     let data = &recorded.data;
-    let values = space.values(point);
-    let keys = space.dimensions.iter().map(|it| it.key.value.as_str());
-    let point: Vec<_> = keys.zip(values.iter().map(|it| it.toml.as_str())).collect();
-    let played = twin
-        .plant(&recorded.assembly, &point)
+    let played = plant_at(space, twin, &recorded.assembly, point)
         .ok()
         .and_then(|mut plant| twin.play(data, &mut *plant).ok().flatten());
     let Some(played) = played else {

@@ -120,7 +120,8 @@ impl FitOutcome {
     }
 }
 
-fn error_of<'r>(
+/// Returns the mean of the mean absolute residuals of a signal, and the greatest of them.
+pub(super) fn error_of<'r>(
     residuals: impl Iterator<Item = &'r RecordingResidual>,
     signal: &str,
 ) -> Option<[f64; 2]> {

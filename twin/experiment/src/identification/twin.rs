@@ -72,12 +72,13 @@ impl<'r> Twin<'r> {
         &self,
         recorded: &[(String, String)],
     ) -> Result<Assembly<'r>, Error> {
-        let mut settings = self.settings.clone();
-        settings.extend(recorded.iter().map(|(key, value)| Setting {
+        let stated = recorded.iter().map(|(key, value)| Setting {
             origin: self.origin.clone(),
             key: format!("{OVERRIDE}.{key}"),
             value: value.clone(),
-        }));
+        });
+        // The search space and the user know better than a log.
+        let settings: Vec<Setting> = stated.chain(self.settings.iter().cloned()).collect();
         let builder = Assembly::builder(self.registry).settings(&settings);
         Ok(builder.text(&self.file, &self.text, &self.folder)?)
     }
@@ -117,9 +118,7 @@ impl<'r> Twin<'r> {
     pub(super) fn inputs(plant: &dyn Plant) -> Vec<String> {
         let ports = plant.ports().into_iter();
         let inputs = ports.filter(|port| port.direction == Direction::Input);
-        inputs
-            .flat_map(|port| std::iter::repeat_n(port.name, port.size))
-            .collect()
+        inputs.map(|port| port.name).collect()
     }
 
     /// Plays the commands of a recording on a plant; returns the outputs at the times of each

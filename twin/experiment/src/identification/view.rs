@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use twinrig_document::{escaped, print_quantity};
+use twinrig_document::{escaped, print_quantity, quoted};
 use twinrig_kernel::Unit;
 use twinrig_report::number::precise;
 use twinrig_report::page::{Block, Card, Page, Term};
 use twinrig_report::table::{Cell, Column, Table, Tone};
 use twinrig_report::text::style::{BOLD, DIM, styled};
 
-use super::outcome::{FitOutcome, FittedParameter, RecordingResidual, UnknownDirection};
+use super::outcome::{FitOutcome, FittedParameter, RecordingResidual, UnknownDirection, error_of};
 
 /// Prefix of the keys of a scenario that replace values of a robot file or of a bench.
 const OVERRIDE: &str = "override.";
@@ -24,11 +24,7 @@ impl FitOutcome {
             styled(DIM, &details)
         );
         let mut tables = vec![parameters(self), residuals("recording", &self.recordings)];
-        let held_out: Vec<_> = self
-            .held_out
-            .iter()
-            .flat_map(|it| it.residuals.clone())
-            .collect();
+        let held_out = self.held_out_residuals();
         if !held_out.is_empty() {
             tables.push(residuals("left out", &held_out));
         }
@@ -70,34 +66,60 @@ impl FitOutcome {
     }
 
     /// Returns the overlay: the estimates as values that a file of a robot or a bench includes.
+    /// Parameters of other files are comments.
     pub fn overlay(&self) -> String {
         let mut text = format!(
-            "# Fitted by `twin fit` with {} and {}.\n# A file of a robot or a bench takes it by `include`.\n\n[fit]\nname = {:?}\nbuild = {:?}\n",
-            self.space, self.scenario, self.name, self.build
+            "# Fitted by `twin fit` with {} and {}.\n\
+             # A file of a robot or a bench takes it by `include`.\n\n\
+             [fit]\nname = {}\nbuild = {}\n",
+            escaped(&self.space),
+            escaped(&self.scenario),
+            quoted(&self.name),
+            quoted(&self.build)
         );
-        let hashes = self.recordings.iter().map(|it| format!("{:?}", it.hash));
-        let hashes: Vec<String> = hashes.collect();
+        let hashes = distinct(self.recordings.iter().map(|it| it.hash.as_str()));
+        let hashes: Vec<String> = hashes.into_iter().map(quoted).collect();
         let _ = writeln!(text, "recordings = [{}]", hashes.join(", "));
-        let signals: Vec<&str> = self
-            .recordings
-            .iter()
-            .map(|it| it.signal.as_str())
-            .collect();
-        if let Some([mean, worst]) = signals.first().and_then(|it| self.held_out_error(it)) {
-            let _ = writeln!(
-                text,
-                "left_out_error = {{ mean = {mean}, worst = {worst} }}"
-            );
+        for signal in self.signals() {
+            if let Some([mean, worst]) = self.held_out_error(signal) {
+                let signal = quoted(signal);
+                let errors = format!("{{ mean = {mean}, worst = {worst} }}");
+                let _ = writeln!(text, "left_out.{signal} = {errors}");
+            }
         }
         text.push_str("\n[values]\n");
         for it in &self.parameters {
-            let Some(key) = it.key.strip_prefix(OVERRIDE) else {
-                continue;
+            let (mark, key) = match it.key.strip_prefix(OVERRIDE) {
+                Some(key) => ("", key),
+                None => ("# of the scenario: ", it.key.as_str()),
             };
-            let _ = writeln!(text, "{key} = {}  # {}", it.toml, it.interval_text());
+            let _ = writeln!(text, "{mark}{key} = {}  # {}", it.toml, it.interval_text());
         }
         text
     }
+
+    /// Returns the compared signals.
+    fn signals(&self) -> Vec<&str> {
+        distinct(self.recordings.iter().map(|it| it.signal.as_str()))
+    }
+
+    fn held_out_residuals(&self) -> Vec<RecordingResidual> {
+        let held_out = self.held_out.iter();
+        held_out
+            .flat_map(|it| it.residuals.iter().cloned())
+            .collect()
+    }
+}
+
+/// Returns the different ones of some texts, in the order of their first occurrence.
+fn distinct<'t>(texts: impl Iterator<Item = &'t str>) -> Vec<&'t str> {
+    let mut found = Vec::new();
+    for text in texts {
+        if !found.contains(&text) {
+            found.push(text);
+        }
+    }
+    found
 }
 
 impl UnknownDirection {
@@ -173,18 +195,15 @@ fn residuals(name: &str, recordings: &[RecordingResidual]) -> Table {
             number(it.worst),
         ]);
     }
-    let mut signals: Vec<&str> = recordings.iter().map(|it| it.signal.as_str()).collect();
-    signals.dedup();
     table.begin_group();
-    for signal in signals {
-        let of: Vec<&RecordingResidual> =
-            recordings.iter().filter(|it| it.signal == signal).collect();
-        let mean = of.iter().map(|it| it.mean_absolute).sum::<f64>() / of.len().max(1) as f64;
-        let unit = of.first().map_or("", |it| it.unit.as_str());
+    for signal in distinct(recordings.iter().map(|it| it.signal.as_str())) {
+        let mut of = recordings.iter().filter(|it| it.signal == signal);
+        let unit = of.next().map_or("", |it| it.unit.as_str());
+        let mean = error_of(recordings.iter(), signal).map(|[mean, _]| precise(mean, unit));
         table.row([
             "mean".into(),
             signal.into(),
-            precise(mean, unit).into(),
+            mean.into(),
             Cell::empty(),
             Cell::empty(),
         ]);
@@ -231,11 +250,7 @@ pub fn fit_page(outcome: &FitOutcome) -> Page {
     blocks.extend(outcome.sentences().into_iter().map(Block::Text));
     blocks.push(Block::heading("Residuals"));
     blocks.push(Block::Table(residuals("recording", &outcome.recordings)));
-    let held_out: Vec<_> = outcome
-        .held_out
-        .iter()
-        .flat_map(|it| it.residuals.clone())
-        .collect();
+    let held_out = outcome.held_out_residuals();
     if !held_out.is_empty() {
         blocks.push(Block::heading("Recordings left out in turn"));
         blocks.push(Block::Table(residuals("left out", &held_out)));

@@ -150,6 +150,9 @@ impl ImportedGroup {
     }
 }
 
+/// Prefix of the metadata of a recording whose values belong to the file of its robot or bench.
+pub const SETTING_PREFIX: &str = "setting.";
+
 impl ImportedLog {
     /// Time of the first and of the last sample.
     pub fn span(&self) -> [SimTime; 2] {
@@ -196,7 +199,7 @@ impl ImportedLog {
             }
         }
         for (key, value) in &self.settings {
-            add(&format!("setting.{key}"), value.clone());
+            add(&format!("{SETTING_PREFIX}{key}"), value.clone());
         }
         for (name, text) in &self.notes {
             add(&format!("note.{name}"), text.clone());

@@ -28,7 +28,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 pub use error::{LogError, LogFault, LogPlace};
-pub use imported::{ImportedGroup, ImportedLog, ImportedSignal, LogGap, LogPeriods};
+pub use imported::{
+    ImportedGroup, ImportedLog, ImportedSignal, LogGap, LogPeriods, SETTING_PREFIX,
+};
 pub use mapping::{
     LogColumn, LogFormat, LogGroup, LogMapping, LogNote, LogOrigin, LogSetting, LogSignal,
     MissingValues, NoteText,

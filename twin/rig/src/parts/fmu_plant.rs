@@ -3,7 +3,7 @@
 
 use twinrig_document::Range;
 use twinrig_kernel::Unit;
-use twinrig_scenario::{Accepts, Kind, OptionSpec, OptionValue};
+use twinrig_scenario::{Accepts, Kind, OptionSpec, OptionValue, Standalone};
 
 use crate::parts::option::option;
 
@@ -47,8 +47,10 @@ pub const UNIT: &str = "unit";
 pub fn offer() -> Kind {
     Kind {
         options: options(),
-        is_standalone: true,
-        takes_robot_keys: true,
+        standalone: Some(Standalone {
+            takes_robot_keys: true,
+            ..Standalone::default()
+        }),
         ..Kind::new(NAME, ABOUT)
     }
 }

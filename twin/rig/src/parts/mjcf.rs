@@ -22,7 +22,7 @@ pub(crate) const UNIT: &str = "unit";
 pub(crate) fn offer() -> Kind {
     Kind {
         options: options(),
-        is_standalone: true,
+        standalone: Some(twinrig_scenario::Standalone::default()),
         ..Kind::new(NAME, MJCF)
     }
 }

@@ -6,7 +6,7 @@ use twinrig_document::DocumentError;
 use twinrig_kernel::{Direction, Port, SimDuration};
 use twinrig_legged::Constraints;
 use twinrig_runtime::Plant;
-use twinrig_scenario::{Kind, OptionSpec};
+use twinrig_scenario::{Kind, OptionSpec, Standalone};
 
 use crate::error::BuildError;
 use crate::parts::abduction::abduction_ports;
@@ -24,10 +24,6 @@ type LoadModel =
 pub const SOFT: &str = "soft";
 
 /// Kind of plant.
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "properties that are independent of each other"
-)]
 pub struct PlantKind {
     name: String,
     about: String,
@@ -38,8 +34,8 @@ pub struct PlantKind {
     soft_methods: Vec<Method>,
     segment_masses: bool,
     model_of: Option<String>,
-    takes_robot_keys: bool,
-    is_overridable: bool,
+    /// Of a standalone plant.
+    standalone: Standalone,
     takes_pushes: bool,
     ports: PlantPorts,
     build: Build,
@@ -88,8 +84,7 @@ impl PlantKind {
             soft_methods: Vec::new(),
             segment_masses: true,
             model_of: None,
-            takes_robot_keys: false,
-            is_overridable: false,
+            standalone: Standalone::default(),
             takes_pushes: false,
             ports: Box::new(legged_ports),
             build,
@@ -125,14 +120,14 @@ impl PlantKind {
     /// rest has no effect.
     #[must_use]
     pub fn with_robot_keys(mut self) -> Self {
-        self.takes_robot_keys = true;
+        self.standalone.takes_robot_keys = true;
         self
     }
 
     /// Declares that the standalone plant applies [`ModelContext::overrides`] to its file.
     #[must_use]
     pub fn with_overrides(mut self) -> Self {
-        self.is_overridable = true;
+        self.standalone.is_overridable = true;
         self
     }
 
@@ -205,9 +200,7 @@ impl PlantKind {
     pub(crate) fn kind(&self) -> Kind {
         Kind {
             options: self.options.clone(),
-            is_standalone: self.is_standalone(),
-            takes_robot_keys: self.takes_robot_keys,
-            is_overridable: self.is_overridable,
+            standalone: self.is_standalone().then_some(self.standalone),
             takes_pushes: self.takes_pushes,
             ..Kind::new(&self.name, &self.about)
         }

@@ -171,7 +171,7 @@ pub(super) fn plant(
     Ok(PlantSpec {
         place: item.place(),
         model: model.name.clone(),
-        is_standalone: model.is_standalone,
+        is_standalone: model.standalone.is_some(),
         base: base?,
         legs: legs?,
         ground: ground?,

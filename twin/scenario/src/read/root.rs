@@ -13,7 +13,7 @@ use super::{
     sensor,
 };
 use crate::actuator::ActuatorSpec;
-use crate::catalogue::{Catalogue, Kind};
+use crate::catalogue::{Catalogue, Standalone};
 use crate::expect::Expectation;
 use crate::language::{Declared, Key, Shape, TableSpec, Type, contextual, table};
 use crate::scenario::{
@@ -102,25 +102,24 @@ fn robot(
     catalogue: &Catalogue,
 ) -> Result<Option<Placed<String>>, Reported> {
     use root_table::{OVERRIDE, ROBOT};
-    let standalone = standalone(table, catalogue);
-    let (false, Some(kind)) = (table.has(&ROBOT), standalone) else {
+    let (false, Some(standalone)) = (table.has(&ROBOT), standalone(table, catalogue)) else {
         return table.read(&ROBOT).map(Some);
     };
     table.expect(&ROBOT);
-    if table.has(&OVERRIDE) && !kind.is_overridable {
+    if table.has(&OVERRIDE) && !standalone.is_overridable {
         let message = "[override] requires a robot";
         return Err(table.report(&OVERRIDE, message, "set `robot`, or leave the table out"));
     }
     Ok(None)
 }
 
-/// Returns the kind of a standalone plant, in this build or in another; none of another plant.
-fn standalone<'c>(table: Declared<'_, '_>, catalogue: &'c Catalogue) -> Option<&'c Kind> {
+/// Returns the properties of a standalone plant, in this build or in another; none of another plant.
+fn standalone(table: Declared<'_, '_>, catalogue: &Catalogue) -> Option<Standalone> {
     let plant = table.item(&root_table::PLANT);
     let model = plant.and_then(|plant| plant.peek(plant::plant_table::MODEL.name));
     let name = model?.text().ok()?;
-    let mut kinds = catalogue.plants.iter();
-    kinds.find(|kind| kind.name == name && kind.is_standalone)
+    let mut kinds = catalogue.plants.iter().filter(|kind| kind.name == name);
+    kinds.find_map(|kind| kind.standalone)
 }
 
 /// Source of a scenario.

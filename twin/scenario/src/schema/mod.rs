@@ -43,7 +43,7 @@ fn cross_table_rules(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<S
         let model = json!({ "properties": { "model": { "enum": names } }, "required": ["model"] });
         json!({ "properties": { "plant": model }, "required": ["plant"] })
     };
-    schema["if"] = plant_of(|kind| kind.is_standalone);
+    schema["if"] = plant_of(|kind| kind.standalone.is_some());
     let without_actuator = plant_of(|kind| !kind.has_robot_keys());
     let none = json!({ "properties": { "actuator": false } });
     schema["then"] = json!({ "if": without_actuator, "then": none });
@@ -57,7 +57,7 @@ fn cross_table_rules(schema: &mut Value, catalogue: &Catalogue, defs: &mut Map<S
         let case = json!({ "properties": { "change": { "items": items } } });
         cases.push((vec![kind.name.clone()], case));
     }
-    let without_file = plant_of(|kind| kind.is_standalone && !kind.is_overridable);
+    let without_file = plant_of(|kind| kind.standalone.is_some_and(|it| !it.is_overridable));
     let faults = json!({ "properties": { "fault": { "maxItems": 0 } } });
     schema["dependentSchemas"] = json!({
         "change": of_controller(cases),

@@ -11,7 +11,7 @@ use twinrig_document::{DocumentError, Range};
 use twinrig_kernel::{Port, Unit, signal};
 use twinrig_scenario::{
     Accepts, Catalogue, Facts, GroundBelow, Kind, LegFact, OptionSpec, OptionValue, Scenario,
-    Scene, VariableSpec, schema,
+    Scene, Standalone, VariableSpec, schema,
 };
 use twinrig_testing::python;
 
@@ -100,7 +100,7 @@ fn standalone(option: impl Fn(&str, Accepts, Option<OptionValue>) -> OptionSpec)
     let joint = vec![option("joint", Accepts::Name, None)];
     let joints = Accepts::Table(Box::new(Accepts::Group(joint)));
     Kind {
-        is_standalone: true,
+        standalone: Some(Standalone::default()),
         options: vec![
             option("file", Accepts::Name, None),
             option("outputs", joints, None),

@@ -1,0 +1,176 @@
+//! Fits of twins to recordings of runs whose parameters are known.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::common::{Folder, json, twin};
+
+const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/servo.toml");
+
+/// Delay of readings, in whole periods of the controller: a reading and a position of one instant
+/// then differ by the counts alone.
+const DELAY: &str = "override.controller.reading_delay=\"5 ms\"";
+
+/// Returns the recording of the servo's scenario.
+fn recording(folder: &Folder) -> String {
+    let out = folder.join("recorded");
+    let done = twin(&["run", SCENARIO, "--set", DELAY, "--out", &out]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let mut files = fs::read_dir(out).unwrap();
+    files.next().unwrap().unwrap().path().display().to_string()
+}
+
+/// Writes a search space without a search of the start; a dimension is a key and its range.
+fn space(folder: &Folder, dimensions: &[(&str, &str, &str)]) -> String {
+    let mut text = format!(
+        "scenario = {SCENARIO:?}\ngenerations = 0\n\n[[residual]]\nsignal = \"servo/position\"\n\
+         twin = \"servo/reading\"\ndeviation = \"1 mrad\"\n"
+    );
+    for (key, from, to) in dimensions {
+        let keys = format!("key = \"override.{key}\"\nfrom = \"{from}\"\nto = \"{to}\"");
+        text += &format!("\n[[dimension]]\n{keys}\nscale = \"logarithmic\"\n");
+    }
+    let path = folder.join("space.toml");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+const FOUR: [(&str, &str, &str); 4] = [
+    ("motor.resistance", "2 ohm", "3.2 ohm"),
+    ("motor.inertia", "12 kg·cm²", "22 kg·cm²"),
+    ("friction.coulomb", "2 mN·m", "10 mN·m"),
+    ("controller.reading_delay", "1 ms", "12 ms"),
+];
+
+/// Without noise the estimates are the truth: a command or a reading that were a step of the
+/// controller off would show in the delay. With the counts of the encoder they are near it: an arm
+/// at rest has a constant error of up to half a count.
+#[test]
+fn parameters_of_a_recorded_twin_are_found() {
+    let folder = Folder::new("fit");
+    let (recording, out) = (recording(&folder), folder.join("out"));
+    let space = space(&folder, &FOUR);
+    let words = [
+        "fit", &recording, "--space", &space, "--out", &out, "--json",
+    ];
+    let number = |value: &Value| value.as_f64().unwrap();
+    let fitted = |most: f64| {
+        let done = twin(&words);
+        assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+        let found = object(&done.out);
+        // benches/xl330.toml, and `DELAY`.
+        let truths = [2.709, 17.28e-4, 5.067e-3, 5e-3];
+        for (parameter, truth) in found["parameters"].as_array().unwrap().iter().zip(truths) {
+            let error = number(&parameter["estimate"]) / truth - 1.0;
+            assert!(error.abs() < most, "{error} {parameter}");
+            let [low, high] = [0, 1].map(|end| number(&parameter["interval"][end]));
+            assert!(high - low < 0.1 * truth, "{parameter}");
+        }
+        assert_eq!(found["unknown"], Value::Array(Vec::new()));
+        found
+    };
+    let found = fitted(0.02);
+    // Counts are 1.534 mrad apart: an even distribution within half of that has a deviation of
+    // 0.443 mrad, one at rest up to 0.767 mrad.
+    let residual = number(&found["recordings"][0]["rms"]);
+    assert!((3e-4..7e-4).contains(&residual), "{residual}");
+    let counts = fs::read_to_string(&space).unwrap();
+    let exact = counts.replace("signal = \"servo/position\"", "signal = \"servo/reading\"");
+    fs::write(&space, exact).unwrap();
+    // The controller's counts make the twin a function in steps: 2e-4.
+    let found = fitted(1e-3);
+    let parameters = found["parameters"].as_array().unwrap();
+
+    // The overlay makes the bench that was fitted.
+    let overlay = fs::read_to_string(folder.join("out/space.fit.toml")).unwrap();
+    assert!(overlay.contains("\nmotor.resistance = \"2.7"), "{overlay}");
+    let bench = concat!(env!("CARGO_MANIFEST_DIR"), "/../../benches/xl330.toml");
+    let bench = fs::read_to_string(bench).unwrap();
+    let including = format!("include = \"space.fit.toml\"\n{bench}");
+    fs::write(folder.join("out/own.toml"), including).unwrap();
+    let own = format!("plant.file={:?}", folder.join("out/own.toml"));
+    let fingerprint = |settings: &[&str]| {
+        let words = [&["run", SCENARIO, "--no-record", "--json"], settings].concat();
+        object(&twin(&words).out)["fingerprint"].clone()
+    };
+    let values = parameters.iter().map(|it| {
+        let key = it["key"].as_str().unwrap();
+        format!("{key}={}", it["toml"].as_str().unwrap())
+    });
+    let values: Vec<String> = values.collect();
+    let set: Vec<&str> = values
+        .iter()
+        .flat_map(|it| ["--set", it.as_str()])
+        .collect();
+    assert_eq!(fingerprint(&["--set", &own]), fingerprint(&set));
+    assert_ne!(fingerprint(&set), fingerprint(&[]));
+}
+
+#[test]
+fn product_of_two_parameters_is_named_as_what_the_recording_cannot_tell() {
+    let folder = Folder::new("fit-unknown");
+    let recording = recording(&folder);
+    let pair = [
+        ("controller.gain", "400", "1600"),
+        ("controller.duty_per_count", "2e-6", "8e-6"),
+        ("motor.inertia", "12 kg·cm²", "22 kg·cm²"),
+    ];
+    let space = space(&folder, &pair);
+    let out = folder.join("out");
+    let words = [
+        "fit", &recording, "--space", &space, "--out", &out, "--json",
+    ];
+    let found = object(&twin(&words).out);
+    let unknown = found["unknown"].as_array().unwrap();
+    assert_eq!(unknown.len(), 1, "{found}");
+    let parts = unknown[0]["parts"].as_array().unwrap();
+    let keys: Vec<&str> = parts.iter().map(|part| part[0].as_str().unwrap()).collect();
+    assert!(
+        keys.len() == 2 && keys.iter().all(|key| key.contains("controller.")),
+        "{keys:?}"
+    );
+    let parameters = found["parameters"].as_array().unwrap();
+    let is_known = |index: usize| !parameters[index]["interval"].is_null();
+    assert_eq!([0, 1, 2].map(is_known), [false, false, true], "{found}");
+}
+
+#[test]
+fn mistakes_are_reported_before_the_search() {
+    let folder = Folder::new("fit-mistakes");
+    let recording = recording(&folder);
+    let out = folder.join("out");
+    let refused = |recordings: &[&str], space: &str| {
+        let words = [&["fit", "--space", space, "--out", &out], recordings].concat();
+        let done = twin(&words);
+        assert_eq!(done.code, 2, "{}", done.out);
+        done.err
+    };
+    let sound = space(&folder, &FOUR);
+    let copy = folder.join("copy.mcap");
+    fs::copy(&recording, &copy).unwrap();
+    assert!(refused(&[&recording, &copy], &sound).contains("copy.mcap is given twice"));
+    let text = fs::read_to_string(&sound).unwrap();
+    let changed = |from: &str, to: &str| {
+        let path = folder.join("changed.toml");
+        fs::write(&path, text.replace(from, to)).unwrap();
+        refused(&[&recording], &path)
+    };
+    let error = changed("signal = \"servo/position\"", "signal = \"servo/positon\"");
+    assert!(error.contains("did you mean `servo/position`?"), "{error}");
+    let error = changed("twin = \"servo/reading\"", "twin = \"servo/readin\"");
+    assert!(error.contains("`servo/reading`"), "{error}");
+    // An end of a range that the bench does not accept.
+    let error = changed("to = \"10 mN·m\"", "to = \"200 N·m\"");
+    assert!(
+        error.contains("coulomb") && error.contains("200"),
+        "{error}"
+    );
+    let error = changed("deviation = \"1 mrad\"", "deviation = \"1 mm\"");
+    assert!(error.contains("deviation of `servo/position`"), "{error}");
+}
+
+/// Returns the one object of an output.
+fn object(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|_| json(text)[0].clone())
+}
