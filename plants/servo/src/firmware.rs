@@ -109,9 +109,25 @@ impl Firmware {
         } else {
             set - at
         };
-        let limit = self.controller.duty_limit;
-        let duty = self.controller.gain * self.controller.duty_per_count * error;
-        Bridge::Duty(duty.clamp(-limit, limit))
+        Bridge::Duty(self.duty(error))
+    }
+
+    /// Returns the duty cycle for an error of position in counts.
+    fn duty(&self, error: f64) -> f64 {
+        let Controller {
+            gain,
+            duty_per_count,
+            dead_zone,
+            starting_duty,
+            duty_limit,
+            ..
+        } = self.controller;
+        let beyond = error.abs() - dead_zone;
+        if beyond <= 0.0 {
+            return 0.0;
+        }
+        let duty = starting_duty + gain * duty_per_count * beyond;
+        duty.min(duty_limit).copysign(error)
     }
 
     /// Moves the set-point towards the command, at the greatest speed and acceleration.

@@ -47,10 +47,11 @@ record! {
 }
 
 record! {
-    /// Losses of the gear in proportion to the torque τ_t that it transmits to the arm, whose
-    /// inertia is included: μ |τ_t|. μ depends on the direction of power: from the motor to the
-    /// load (`driving`), or from the load to the motor (`driven`). At rest it is greater by the
-    /// static share, which vanishes over a rate of its own: μ(ω) = μ + μ_s exp(−|ω|/ω_s).
+    /// Losses of the gear by the torque τ_t that it transmits to the arm, whose inertia is
+    /// included: μ |τ_t|. μ depends on the direction of power: from the motor to the load
+    /// (`driving`), or from the load to the motor (`driven`). At rest it is greater by the static
+    /// share, which vanishes over a rate of its own: μ(ω) = μ + μ_s exp(−|ω|/ω_s). A driving gear
+    /// loses a square κ τ_t² besides, as its teeth and bearings bend.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct GearLoss = "[gear]" {
         /// Share while the motor drives the load \[1\].
@@ -59,11 +60,13 @@ record! {
         pub driven: f64 = zero(quantity(Unit::One, ranges::DRIVEN_SHARE)),
         /// Further share at rest against driving \[1\].
         pub static_driving: f64 = zero(quantity(Unit::One, ranges::SHARE)),
-        /// Rate over which it vanishes \[rad/s\].
+        /// Further share while driving, per transmitted torque: κ \[1/(N·m)\].
+        pub driving_square: f64 = zero(quantity(Unit::One, ranges::SQUARE)),
+        /// Rate over which the static share vanishes while driving \[rad/s\].
         pub driving_rate: f64 = Defaulted(RATE, 0.1, "0.1 rad/s"),
         /// Further share at rest against being driven \[1\].
         pub static_driven: f64 = zero(quantity(Unit::One, ranges::DRIVEN_SHARE)),
-        /// Rate over which it vanishes \[rad/s\].
+        /// Rate over which the static share vanishes while driven \[rad/s\].
         pub driven_rate: f64 = Defaulted(RATE, 0.1, "0.1 rad/s"),
     }
 }
@@ -113,6 +116,7 @@ impl GearLoss {
         driving: 0.0,
         driven: 0.0,
         static_driving: 0.0,
+        driving_square: 0.0,
         driving_rate: 0.1,
         static_driven: 0.0,
         driven_rate: 0.1,
@@ -124,8 +128,9 @@ impl GearLoss {
             self.driving,
             self.driven,
             self.static_driving,
+            self.driving_square,
             self.static_driven,
-        ] != [0.0; 4]
+        ] != [0.0; 5]
     }
 
     /// Returns the share μ that is lost at a rate \[rad/s\] while the motor drives the load \[1\].

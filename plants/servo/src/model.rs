@@ -180,33 +180,41 @@ impl Model {
         } = self.electric(bridge, state);
         let external = self.gravity(state.angle);
         let simple = self.friction.torque(state.rate, motor, external);
+        let loss = if self.is_lossy {
+            self.gear_loss(state.rate, motor * direction - simple, external * direction)
+        } else {
+            0.0
+        };
+        let friction = simple + loss;
         let inertia = self.motor_inertia + self.load_inertia;
-        let mut acceleration = (motor + external - direction * simple) / inertia;
-        let mut friction = simple;
-        if self.is_lossy {
-            // The torque that the gear transmits, J_l ω' − τ_g, depends on the acceleration, and
-            // its sign on the direction of power: one of both directions is consistent.
-            for power in [1.0, -1.0] {
-                let share = if power > 0.0 {
-                    self.gear.driving_share(state.rate)
-                } else {
-                    -self.gear.driven_share(state.rate)
-                };
-                acceleration = (motor + external * (1.0 + share) - direction * simple)
-                    / (inertia + self.load_inertia * share);
-                let transmitted = self.load_inertia * acceleration - external;
-                friction = simple + share * transmitted * direction;
-                if transmitted * direction * power >= 0.0 {
-                    break;
-                }
-            }
-        }
         Forces {
-            acceleration,
+            acceleration: (motor + external - direction * friction) / inertia,
             current,
             motor,
             friction,
         }
+    }
+
+    /// Returns the torque that the gear loses, where `motor` enters it and `external` acts on the
+    /// arm, both in the direction of motion. The transmitted torque x follows from the equations of
+    /// the arm, `J_l ω' = x + τ_g`, and of the motor, `J_m ω' = τ_m − x − loss(x)`; its sign is that
+    /// of `excess`.
+    fn gear_loss(&self, rate: f64, motor: f64, external: f64) -> f64 {
+        let (own, load) = (self.motor_inertia, self.load_inertia);
+        let excess = load * motor - own * external;
+        if excess < 0.0 {
+            let share = self.gear.driven_share(rate);
+            return -share * excess / (own + load * (1.0 - share));
+        }
+        let share = self.gear.driving_share(rate);
+        let slope = own + load * (1.0 + share);
+        let square = self.gear.driving_square;
+        let transmitted = if square == 0.0 {
+            excess / slope
+        } else {
+            2.0 * excess / (slope + (slope * slope + 4.0 * load * square * excess).sqrt())
+        };
+        (share + square * transmitted) * transmitted
     }
 
     /// Returns the direction in which a shaft at rest starts; none where friction holds it.

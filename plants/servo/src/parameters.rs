@@ -91,6 +91,10 @@ record! {
         pub gain: f64 = quantity(Unit::One, ranges::GAIN),
         /// Duty cycle for a gain of 1 and an error of one count \[1\].
         pub duty_per_count: f64 = quantity(Unit::One, ranges::DUTY),
+        /// Error of position without a duty cycle, which begins behind it \[counts\].
+        pub dead_zone: f64 = zero(quantity(Unit::One, ranges::DEAD_ZONE)),
+        /// Duty cycle at the end of the dead zone \[1\].
+        pub starting_duty: f64 = zero(quantity(Unit::One, ranges::STARTING_DUTY)),
         /// Greatest duty cycle \[1\].
         pub duty_limit: f64 = Defaulted(quantity(Unit::One, ranges::DUTY), 1.0, "1"),
         /// Counts of the encoder in a turn.

@@ -25,6 +25,8 @@ pub(crate) const DRIVEN_SHARE: Range = Range::between(0.0, 0.95);
 pub(crate) const SQUARE: Range = Range::between(0.0, 100.0);
 pub(crate) const GAIN: Range = Range::between(0.0, 1e5);
 pub(crate) const DUTY: Range = Range::positive_to(1.0);
+pub(crate) const STARTING_DUTY: Range = Range::between(0.0, 1.0);
+pub(crate) const DEAD_ZONE: Range = Range::between(0.0, 1e4);
 pub(crate) const COUNTS: std::ops::RangeInclusive<u64> = 1..=1 << 24;
 pub(crate) const PERIOD: Range = Range::between(1e-4, 0.05);
 pub(crate) const DELAY: Range = Range::between(0.0, 0.1);

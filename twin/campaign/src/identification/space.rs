@@ -12,8 +12,8 @@ use crate::optimization::space::{SpaceDimension, dimension, dimension_table};
 use crate::sweep::SweepValue;
 use crate::sweep::read::{self, SETTINGS, check_dimensions, count};
 use fit_table::{
-    DIMENSION, GENERATIONS, HUBER, NAME, PARTICLES, PRIOR, RESIDUAL, SCENARIO, SEED, SET, START,
-    STEPS, TABLE,
+    DIMENSION, GENERATIONS, HUBER, LEAVE_OUT, NAME, PARTICLES, PRIOR, RESIDUAL, SCENARIO, SEARCHES,
+    SEED, SET, START, STEPS, TABLE,
 };
 
 table! {
@@ -33,7 +33,13 @@ table! {
         "generations of CMA-ES that search the start", "generations = 300", default("100");
     PARTICLES: usize = "particles", count(1), "points of a generation", "particles = 30",
         otherwise("4 + 3 ln n for n dimensions");
-    SEED: u64 = "seed", Type::NATURAL, "seed of the search", "seed = 2", default("1");
+    SEED: u64 = "seed", Type::NATURAL, "seed of the first search", "seed = 2", default("1");
+    SEARCHES: usize = "searches", count(1),
+        "searches, each from a seed of its own and followed by least squares; the least of their minima counts",
+        "searches = 4", default("1");
+    LEAVE_OUT: String = "leave_out", Type::TEXT,
+        "value that recordings state: those with the same one are left out together",
+        r#"leave_out = "load.mass""#, otherwise("each recording alone");
     STEPS: usize = "steps", count(0), "greatest number of steps of least squares", "steps = 100",
         default("50");
     DIMENSION: () = read::DIMENSION, contextual(Shape::Tables(dimension_table::TABLE)),
@@ -85,6 +91,9 @@ table! {
     DEVIATION_: Placed<String> = "deviation", Type::PLACED,
         "standard deviation of the difference, in the unit of the signal",
         r#"deviation = "5 mrad""#, required();
+    SPIKE: Placed<String> = "spike", Type::PLACED,
+        "distance from the samples before and after beyond which a sample is a corrupted reading; it is not compared, and counted",
+        r#"spike = "0.5 rad""#, otherwise("all are compared");
 }
 
 /// What is known about a dimension beforehand.
@@ -116,6 +125,8 @@ pub struct ResidualSpec {
     pub twin: Placed<String>,
     /// Standard deviation of the difference, as the file has it.
     pub deviation: Placed<String>,
+    /// Distance of a corrupted reading from its neighbours, as the file has it.
+    pub spike: Option<Placed<String>>,
 }
 
 /// Search space of a fit.
@@ -143,8 +154,12 @@ pub struct FitSpace {
     pub generations: usize,
     /// Points of a generation.
     pub particles: Option<usize>,
-    /// Seed of the search.
+    /// Seed of the first search.
     pub seed: u64,
+    /// Searches of the start.
+    pub searches: usize,
+    /// Value by which recordings are left out together.
+    pub leave_out: Option<String>,
     /// Greatest number of steps of least squares.
     pub steps: usize,
 }
@@ -180,6 +195,7 @@ fn space(document: &Document, table: &Table<'_>) -> Result<FitSpace, Reported> {
     let (name, scenario, set) = (keys.get(&NAME), keys.read(&SCENARIO), keys.get(&SET));
     let (huber, generations) = (keys.get(&HUBER), keys.read(&GENERATIONS));
     let (particles, seed, steps) = (keys.get(&PARTICLES), keys.read(&SEED), keys.read(&STEPS));
+    let (searches, leave_out) = (keys.read(&SEARCHES), keys.get(&LEAVE_OUT));
     let dimensions = keys.read_with(&DIMENSION, |item| item.each(dimension));
     let dimensions = dimensions.and_then(|dimensions| {
         check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
@@ -212,6 +228,8 @@ fn space(document: &Document, table: &Table<'_>) -> Result<FitSpace, Reported> {
         generations: generations?,
         particles: particles?,
         seed: seed?,
+        searches: searches?,
+        leave_out: leave_out?,
         steps: steps?,
     })
 }
@@ -276,14 +294,16 @@ fn start(item: &Item<'_>) -> Result<StartSpec, Reported> {
 }
 
 fn residual(item: &Item<'_>) -> Result<ResidualSpec, Reported> {
-    use residual_table::{DEVIATION_, SIGNAL, TWIN};
+    use residual_table::{DEVIATION_, SIGNAL, SPIKE, TWIN};
     let table = &item.table()?;
     let keys = residual_table::TABLE.of(table);
     let (signal, twin, deviation) = (keys.read(&SIGNAL), keys.get(&TWIN), keys.read(&DEVIATION_));
+    let spike = keys.get(&SPIKE);
     let signal = signal?;
     Ok(ResidualSpec {
         twin: twin?.unwrap_or_else(|| signal.clone()),
         signal,
         deviation: deviation?,
+        spike: spike?,
     })
 }

@@ -94,7 +94,7 @@ fn progress_line(title: &str, progress: &FitProgress) -> String {
     let bar = bar(*fits as f64 / *of as f64);
     let what = if *is_solving { "step" } else { "generation" };
     format!(
-        "{title}  {bar}  fit {} of {of}  {what} {done}  cost {cost:.4}",
+        "{title}  {bar}  search {} of {of}  {what} {done}  cost {cost:.4}",
         fits + 1
     )
 }

@@ -1,5 +1,6 @@
 //! Fits of twins to recordings of runs whose parameters are known.
 
+use std::fmt::Write;
 use std::fs;
 
 use serde_json::Value;
@@ -29,7 +30,7 @@ fn space(folder: &Folder, dimensions: &[(&str, &str, &str)]) -> String {
     );
     for (key, from, to) in dimensions {
         let keys = format!("key = \"override.{key}\"\nfrom = \"{from}\"\nto = \"{to}\"");
-        text += &format!("\n[[dimension]]\n{keys}\nscale = \"logarithmic\"\n");
+        let _ = write!(text, "\n[[dimension]]\n{keys}\nscale = \"logarithmic\"\n");
     }
     let path = folder.join("space.toml");
     fs::write(&path, text).unwrap();
@@ -167,7 +168,7 @@ fn mistakes_are_reported_before_the_search() {
         "{error}"
     );
     let error = changed("deviation = \"1 mrad\"", "deviation = \"1 mm\"");
-    assert!(error.contains("deviation of `servo/position`"), "{error}");
+    assert!(error.contains("`deviation` of `servo/position`"), "{error}");
 }
 
 /// Returns the one object of an output.

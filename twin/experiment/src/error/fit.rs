@@ -40,13 +40,23 @@ pub enum FitError {
     /// The twin has no such signal.
     #[error("{0}")]
     Playback(#[from] twinrig_rig::playback::PlaybackError),
-    /// A deviation is no quantity of the unit of its signal.
-    #[error("the deviation of `{signal}`: {why}")]
-    Deviation {
+    /// A value of `[[residual]]` is no positive quantity of the unit of its signal.
+    #[error("`{key}` of `{signal}`: {why}")]
+    Distance {
+        /// `deviation` or `spike`.
+        key: &'static str,
         /// The signal.
         signal: String,
         /// Reason.
         why: String,
+    },
+    /// A recording does not state the value by which recordings are left out.
+    #[error("{recording} does not state `{key}`, by which recordings are left out")]
+    LeftOut {
+        /// File of the recording.
+        recording: String,
+        /// The key.
+        key: String,
     },
     /// The twin does not start as the recording does.
     #[error("the twin cannot start as {recording}: {why}")]

@@ -35,6 +35,8 @@ pub(super) struct Compared {
     /// Standard deviation of a residual.
     pub deviation: f64,
     pub unit: String,
+    /// Corrupted readings, which are not compared.
+    pub spikes: usize,
 }
 
 impl FitData {
@@ -114,22 +116,49 @@ impl Compared {
     fn of(series: Series, spec: &ResidualSpec) -> Result<Self, FitError> {
         let symbol = &series.signal.unit;
         let unit = Unit::ALL.iter().find(|unit| unit.symbol() == symbol);
-        let deviation = parse_quantity(&spec.deviation.value, unit.copied().unwrap_or(Unit::One));
-        let bad = |why: String| FitError::Deviation {
-            signal: spec.signal.value.clone(),
-            why,
+        let positive = |key: &'static str, text: &str| {
+            let bad = |why: String| FitError::Distance {
+                key,
+                signal: spec.signal.value.clone(),
+                why,
+            };
+            let number = parse_quantity(text, unit.copied().unwrap_or(Unit::One));
+            let number = number.map_err(|error| bad(error.to_string()))?;
+            if number <= 0.0 {
+                return Err(bad("it is not positive".to_owned()));
+            }
+            Ok(number)
         };
-        let deviation = deviation.map_err(|error| bad(error.to_string()))?;
-        if deviation <= 0.0 {
-            return Err(bad("it is not positive".to_owned()));
-        }
+        let deviation = positive("deviation", &spec.deviation.value)?;
+        let spike = spec.spike.as_ref();
+        let spike = spike.map(|text| positive("spike", &text.value));
+        let kept = kept(&series.values, spike.transpose()?);
+        let spikes = series.values.len() - kept.len();
         Ok(Self {
-            times: series.times,
-            values: series.values,
+            times: kept.iter().map(|index| series.times[*index]).collect(),
+            values: kept.iter().map(|index| series.values[*index]).collect(),
             deviation,
             unit: series.signal.unit,
+            spikes,
         })
     }
+}
+
+/// Returns the indices of the samples that are not further than `spike` from both neighbours.
+fn kept(values: &[f64], spike: Option<f64>) -> Vec<usize> {
+    let indices = 0..values.len();
+    let Some(spike) = spike else {
+        return indices.collect();
+    };
+    let is_far = |one: usize, other: Option<usize>| {
+        let other = other.and_then(|other| values.get(other));
+        other.is_some_and(|other| (values[one] - other).abs() > spike)
+    };
+    indices
+        .filter(|&index| {
+            !(is_far(index, index.checked_sub(1)) && is_far(index, index.checked_add(1)))
+        })
+        .collect()
 }
 
 fn scalar(series: Series) -> Result<Series, FitError> {

@@ -3,8 +3,7 @@
 use std::path::PathBuf;
 
 use twinrig_campaign::identification::FitSpace;
-use twinrig_campaign::least_squares::{Information, LeastSquares, Loss, Minimum};
-use twinrig_campaign::search::{CmaEs, Dimension};
+use twinrig_campaign::least_squares::{Information, Minimum};
 use twinrig_campaign::sweep::SweepValue;
 use twinrig_document::Document;
 use twinrig_rig::assembly::Assembly;
@@ -13,6 +12,7 @@ use twinrig_runtime::{Plant, interrupt};
 use twinrig_scenario::Setting;
 
 use super::data::FitData;
+use super::minima::Found;
 use super::outcome::{
     Correlation, FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection,
 };
@@ -37,9 +37,9 @@ pub struct FitRequest {
 /// State of a running fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitProgress {
-    /// Fits done: one of all recordings, then one without each.
+    /// Searches done: those of all recordings, then those with some left out.
     pub fits: usize,
-    /// Fits in total.
+    /// Searches in total.
     pub of: usize,
     /// Generations of the search, or steps of least squares.
     pub done: usize,
@@ -51,14 +51,8 @@ pub struct FitProgress {
 
 /// Residual of a sample without a result of the twin, in standard deviations.
 const NO_RESULT: f64 = 1e6;
-/// Greatest step of differences, as a share of a range.
-const DIFFERENCE: f64 = 0.02;
-/// Step at which least squares end, as a share of a range: far below any interval.
-const TOLERANCE: f64 = 1e-5;
 /// Quantile of the normal distribution for a confidence of 95 %.
 const NORMAL_95: f64 = 1.959_964;
-/// Standard deviation of CMA-ES at which it ends: least squares do the rest.
-const SEARCHED: f64 = 1e-3;
 
 /// Fits the parameters of a search space to recordings. `observer` is called after each generation
 /// and step, and returns whether to continue.
@@ -105,10 +99,10 @@ pub fn fit(
         }
         .into());
     }
-    let folds = if request.cross_validate && all.len() > 1 {
-        all.len()
+    let folds = if request.cross_validate {
+        folds(&space, &all)?
     } else {
-        0
+        Vec::new()
     };
     let mut fitter = Fitter {
         build: registry.build()?.to_string(),
@@ -117,35 +111,71 @@ pub fn fit(
         threads: request.threads,
         progress: FitProgress {
             fits: 0,
-            of: 1 + folds,
+            of: (1 + folds.len()) * space.searches,
             done: 0,
             is_solving: false,
             cost: f64::INFINITY,
         },
         observer,
     };
-    let (minimum, searched) = fitter.fit(&all)?;
-    let mut outcome = fitter.outcome(&all, &minimum, searched);
-    for left_out in 0..folds {
-        fitter.progress.fits += 1;
-        let others: Vec<&Recorded<'_>> = all
+    let found = fitter.fit(&all)?;
+    let mut outcome = fitter.outcome(&all, &found);
+    for fold in folds {
+        let (left_out, others): (Vec<_>, Vec<_>) = all
             .iter()
             .enumerate()
-            .filter_map(|(index, it)| (index != left_out).then_some(*it))
-            .collect();
-        let (minimum, _) = fitter.fit(&others)?;
+            .partition(|(index, _)| fold.contains(index));
+        let others: Vec<_> = others.into_iter().map(|(_, it)| *it).collect();
+        let point = fitter.fit(&others)?.least().point.clone();
+        let residuals = left_out
+            .iter()
+            .flat_map(|(_, it)| fitter.residuals_of(it, &point));
         outcome.held_out.push(HeldOut {
-            residuals: fitter.residuals_of(all[left_out], &minimum.point),
-            estimates: estimates(&space, &minimum.point),
+            residuals: residuals.collect(),
+            estimates: estimates(&space, &point),
         });
     }
     Ok(outcome)
 }
 
+/// Returns the indices of the recordings that are left out together: each alone, or those that
+/// state the same value.
+fn folds(space: &FitSpace, all: &[&Recorded<'_>]) -> Result<Vec<Vec<usize>>, FitError> {
+    let mut folds: Vec<(String, Vec<usize>)> = Vec::new();
+    for (index, Recorded { data, .. }) in all.iter().enumerate() {
+        let value = match &space.leave_out {
+            None => data.hash.clone(),
+            Some(key) => {
+                let mut stated = data.settings.iter();
+                let stated = stated.find(|(other, _)| other == key);
+                let missing = || FitError::LeftOut {
+                    recording: data.file.clone(),
+                    key: key.clone(),
+                };
+                stated.ok_or_else(missing)?.1.clone()
+            }
+        };
+        match folds.iter_mut().find(|(other, _)| *other == value) {
+            Some((_, fold)) => fold.push(index),
+            None => folds.push((value, vec![index])),
+        }
+    }
+    // Without a second one nothing is left to fit.
+    let folds: Vec<_> = folds.into_iter().map(|(_, fold)| fold).collect();
+    Ok(if folds.len() > 1 { folds } else { Vec::new() })
+}
+
 /// A recording with its twin.
-struct Recorded<'r> {
+pub(super) struct Recorded<'r> {
     data: FitData,
     assembly: Assembly<'r>,
+}
+
+impl Recorded<'_> {
+    /// Number of residuals.
+    pub(super) fn samples(&self) -> usize {
+        self.data.samples()
+    }
 }
 
 fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {
@@ -155,70 +185,17 @@ fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-struct Fitter<'a, 'o> {
+/// What all fits have in common.
+pub(super) struct Fitter<'a, 'o> {
     build: String,
-    space: &'a FitSpace,
-    twin: &'a Twin<'a>,
-    threads: usize,
-    progress: FitProgress,
-    observer: &'o mut dyn FnMut(FitProgress) -> bool,
+    pub(super) space: &'a FitSpace,
+    pub(super) twin: &'a Twin<'a>,
+    pub(super) threads: usize,
+    pub(super) progress: FitProgress,
+    pub(super) observer: &'o mut dyn FnMut(FitProgress) -> bool,
 }
 
 impl Fitter<'_, '_> {
-    fn settings(&self) -> LeastSquares {
-        LeastSquares {
-            loss: self.space.huber.map_or(Loss::Square, Loss::Huber),
-            iterations: self.space.steps,
-            tolerance: TOLERANCE,
-            difference: DIFFERENCE,
-            threads: self.threads,
-        }
-    }
-
-    /// Fits the parameters to some recordings; returns the minimum, and the evaluations of the
-    /// search of its start.
-    fn fit(&mut self, data: &[&Recorded<'_>]) -> Result<(Minimum, u64), Error> {
-        let settings = self.settings();
-        let (space, twin) = (self.space, self.twin);
-        let model = |point: &[f64]| residuals(space, twin, data, point);
-        let count = space.dimensions.len();
-        let samples: usize = data.iter().map(|it| it.data.samples()).sum();
-        let (observer, mut progress) = (&mut *self.observer, self.progress);
-        let mut searched = 0;
-        let start = if space.generations == 0 {
-            vec![0.5; count]
-        } else {
-            let search = CmaEs {
-                dimensions: vec![Dimension::linear(0.0, 1.0); count],
-                population: space.particles,
-                iterations: space.generations,
-                restarts: 0,
-                tolerance: SEARCHED,
-                seed: space.seed,
-                threads: self.threads,
-            };
-            let cost = |point: &[f64]| {
-                let found = model(point);
-                found.map_or(f64::INFINITY, |residuals| settings.cost(&residuals))
-            };
-            let found = search.minimise(&cost, &mut |it| {
-                progress.done = it.iteration;
-                progress.is_solving = false;
-                progress.cost = it.cost / samples as f64;
-                observer(progress)
-            })?;
-            searched = found.evaluations;
-            found.best
-        };
-        let minimum = settings.minimise(&model, &start, &mut |step| {
-            progress.done = step.iteration;
-            progress.is_solving = true;
-            progress.cost = step.cost / samples as f64;
-            observer(progress)
-        });
-        Ok((minimum.map_err(FitError::from)?, searched))
-    }
-
     /// Returns the residuals of a recording in the units of its signals.
     fn residuals_of(&self, recorded: &Recorded<'_>, point: &[f64]) -> Vec<RecordingResidual> {
         let scaled = of_recording(self.space, self.twin, recorded, point);
@@ -241,13 +218,14 @@ impl Fitter<'_, '_> {
                     mean_absolute: absolute.clone().sum::<f64>() / count,
                     rms: (squares / count).sqrt() * signal.deviation,
                     worst: absolute.fold(0.0, f64::max),
+                    spikes: signal.spikes,
                 }
             })
             .collect()
     }
 
-    fn outcome(&self, data: &[&Recorded<'_>], minimum: &Minimum, searched: u64) -> FitOutcome {
-        let space = self.space;
+    fn outcome(&self, data: &[&Recorded<'_>], found: &Found) -> FitOutcome {
+        let (space, minimum) = (self.space, found.least());
         let series = data.iter().flat_map(|it| &it.data.compared);
         let mut series: Vec<usize> = series.map(|signal| signal.times.len()).collect();
         series.extend(std::iter::repeat_n(1, space.priors.len()));
@@ -301,7 +279,12 @@ impl Fitter<'_, '_> {
             bic: independent * libm::log(information.variance) + free * libm::log(independent),
             steps: minimum.iterations,
             converged: minimum.converged,
-            searched,
+            searched: found.evaluations,
+            minima: found
+                .minima
+                .iter()
+                .map(|it| it.cost / samples as f64)
+                .collect(),
             parameters,
         }
     }
@@ -356,7 +339,7 @@ fn plant_at<'r>(
 }
 
 /// Returns the residuals of all recordings and priors, in standard deviations.
-fn residuals(
+pub(super) fn residuals(
     space: &FitSpace,
     twin: &Twin<'_>,
     data: &[&Recorded<'_>],

@@ -4,6 +4,7 @@
 
 mod data;
 mod execute;
+mod minima;
 mod outcome;
 mod twin;
 mod view;

@@ -36,8 +36,10 @@ pub struct FitOutcome {
     pub steps: usize,
     /// Whether the last one was small enough.
     pub converged: bool,
-    /// Evaluations of the search of the start.
+    /// Evaluations of the searches.
     pub searched: u64,
+    /// Mean cost of a residual at the minimum of each search, the least first.
+    pub minima: Vec<f64>,
 }
 
 /// A fitted parameter, in SI units.
@@ -95,12 +97,14 @@ pub struct RecordingResidual {
     pub rms: f64,
     /// Greatest residual.
     pub worst: f64,
+    /// Corrupted readings, which are not compared.
+    pub spikes: usize,
 }
 
-/// A recording that the other ones predict.
+/// Recordings that the other ones predict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// Residuals of the recording that was left out.
+    /// Residuals of the recordings that were left out.
     pub residuals: Vec<RecordingResidual>,
     /// Parameters fitted to the others, in the order of the search space \[SI\].
     pub estimates: Vec<f64>,

@@ -59,6 +59,16 @@ impl FitOutcome {
             "residuals {:.2} of the assumed deviation, correlated over {:.0} samples",
             self.deviation, self.correlation_time
         ));
+        if let [least, .., greatest] = self.minima[..] {
+            sentences.push(format!(
+                "minima of {} searches: costs {least:.4} to {greatest:.4}",
+                self.minima.len()
+            ));
+        }
+        let spikes: usize = self.recordings.iter().map(|it| it.spikes).sum();
+        if spikes > 0 {
+            sentences.push(format!("{spikes} corrupted readings are not compared"));
+        }
         if !self.converged {
             sentences.push(format!("not converged after {} steps", self.steps));
         }

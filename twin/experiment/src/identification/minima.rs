@@ -1,0 +1,100 @@
+//! Minima of the cost of a fit: searches from several seeds, each with least squares at its end.
+
+use twinrig_campaign::least_squares::{LeastSquares, Loss, Minimum};
+use twinrig_campaign::search::{CmaEs, Dimension};
+
+use super::execute::{Fitter, Recorded, residuals};
+use crate::error::{Error, FitError};
+
+/// Greatest step of differences, as a share of a range.
+const DIFFERENCE: f64 = 0.02;
+/// Step at which least squares end, as a share of a range: far below any interval.
+const TOLERANCE: f64 = 1e-5;
+/// Standard deviation of CMA-ES at which it ends: least squares do the rest.
+const SEARCHED: f64 = 1e-3;
+
+/// The minima that searches have found.
+pub(super) struct Found {
+    /// In the order of their cost; at least one.
+    pub minima: Vec<Minimum>,
+    /// Evaluations of all searches.
+    pub evaluations: u64,
+}
+
+impl Found {
+    /// Returns the least minimum.
+    pub(super) fn least(&self) -> &Minimum {
+        &self.minima[0]
+    }
+}
+
+impl Fitter<'_, '_> {
+    pub(super) fn settings(&self) -> LeastSquares {
+        LeastSquares {
+            loss: self.space.huber.map_or(Loss::Square, Loss::Huber),
+            iterations: self.space.steps,
+            tolerance: TOLERANCE,
+            difference: DIFFERENCE,
+            threads: self.threads,
+        }
+    }
+
+    /// Fits the parameters to some recordings.
+    pub(super) fn fit(&mut self, data: &[&Recorded<'_>]) -> Result<Found, Error> {
+        let mut found = Found {
+            minima: Vec::new(),
+            evaluations: 0,
+        };
+        for search in 0..self.space.searches {
+            let seed = self.space.seed.wrapping_add(search as u64);
+            let (minimum, evaluations) = self.minimum(data, seed)?;
+            found.minima.push(minimum);
+            found.evaluations += evaluations;
+            self.progress.fits += 1;
+        }
+        found
+            .minima
+            .sort_by(|one, other| one.cost.total_cmp(&other.cost));
+        Ok(found)
+    }
+
+    /// Returns the minimum that a search from a seed leads to, and the evaluations of the search.
+    fn minimum(&mut self, data: &[&Recorded<'_>], seed: u64) -> Result<(Minimum, u64), Error> {
+        let settings = self.settings();
+        let (space, twin) = (self.space, self.twin);
+        let model = |point: &[f64]| residuals(space, twin, data, point);
+        let samples: usize = data.iter().map(|it| it.samples()).sum();
+        let (observer, mut progress) = (&mut *self.observer, self.progress);
+        let count = space.dimensions.len();
+        let (mut start, mut evaluations) = (vec![0.5; count], 0);
+        if space.generations > 0 {
+            let search = CmaEs {
+                dimensions: vec![Dimension::linear(0.0, 1.0); count],
+                population: space.particles,
+                iterations: space.generations,
+                restarts: 0,
+                tolerance: SEARCHED,
+                seed,
+                threads: self.threads,
+            };
+            let cost = |point: &[f64]| {
+                let found = model(point);
+                found.map_or(f64::INFINITY, |residuals| settings.cost(&residuals))
+            };
+            let found = search.minimise(&cost, &mut |it| {
+                progress.done = it.iteration;
+                progress.is_solving = false;
+                progress.cost = it.cost / samples as f64;
+                observer(progress)
+            })?;
+            (start, evaluations) = (found.best, found.evaluations);
+        }
+        let minimum = settings.minimise(&model, &start, &mut |step| {
+            progress.done = step.iteration;
+            progress.is_solving = true;
+            progress.cost = step.cost / samples as f64;
+            observer(progress)
+        });
+        Ok((minimum.map_err(FitError::from)?, evaluations))
+    }
+}
