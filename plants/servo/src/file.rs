@@ -10,7 +10,10 @@ use crate::parameters::ServoBenchParameters;
 /// Files of servo benches.
 const BENCHES: Library = Library {
     folder: "benches",
-    embedded: &[("xl330", include_str!("../files/xl330.toml"))],
+    embedded: &[
+        ("sts3215", include_str!("../files/sts3215.toml")),
+        ("xl330", include_str!("../files/xl330.toml")),
+    ],
 };
 
 /// File of a servo bench.

@@ -77,6 +77,8 @@ pub(crate) struct Model {
     resistance: f64,
     constant: f64,
     current_limit: f64,
+    /// Infinite without diodes.
+    diode_voltage: f64,
     /// 1/C; zero without heating.
     heat_per_joule: f64,
     /// 1/T; zero without cooling.
@@ -121,6 +123,7 @@ impl Model {
             resistance: motor.resistance,
             constant,
             current_limit: motor.current_limit.unwrap_or(f64::INFINITY),
+            diode_voltage: motor.diode_voltage.unwrap_or(f64::INFINITY),
             heat_per_joule: motor.heating.map_or(0.0, |heating| 1.0 / heating.capacity),
             cooling: motor
                 .heating
@@ -149,13 +152,17 @@ impl Model {
 
     /// Returns voltage, current and torque.
     pub(crate) fn electric(&self, bridge: Bridge, state: &State) -> Electric {
+        let winding = self.resistance * (1.0 + COPPER * state.rise);
         let Bridge::Duty(duty) = bridge else {
+            let induced = self.constant * state.rate;
+            let excess = (induced.abs() - self.voltage - self.diode_voltage).max(0.0);
+            let current = excess / (winding + self.supply_resistance);
             return Electric {
-                voltage: self.voltage,
-                ..Electric::default()
+                voltage: self.voltage + self.supply_resistance * current,
+                current: -current.copysign(induced),
+                torque: -self.constant * current.copysign(induced),
             };
         };
-        let winding = self.resistance * (1.0 + COPPER * state.rise);
         let unlimited = (duty * self.voltage - self.constant * state.rate)
             / (winding + self.supply_resistance * duty * duty);
         let current = unlimited.clamp(-self.current_limit, self.current_limit);

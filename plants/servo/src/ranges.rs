@@ -7,6 +7,7 @@ pub(crate) const MASS: Range = Range::between(0.0, 100.0);
 pub(crate) const LENGTH: Range = Range::positive_to(5.0);
 pub(crate) const OFFSET: Range = Range::between(-3.2, 3.2);
 pub(crate) const VOLTAGE: Range = Range::positive_to(100.0);
+pub(crate) const DIODES: Range = Range::between(0.0, 10.0);
 pub(crate) const SERIES_RESISTANCE: Range = Range::between(0.0, 100.0);
 pub(crate) const RESISTANCE: Range = Range::between(1e-3, 1e4);
 pub(crate) const TORQUE_CONSTANT: Range = Range::between(1e-4, 100.0);

@@ -186,6 +186,95 @@ fn gear_holds_the_arm_between_the_torques_of_both_directions() {
     }
 }
 
+/// A driving gear that loses κ τ² lets the arm move where the torque exceeds that of gravity and
+/// its loss; where it moves, both equations of the gear hold with one transmitted torque.
+#[test]
+fn gear_loses_the_square_of_the_torque_that_it_transmits() {
+    let mut servo = ideal();
+    let (driving, square) = (0.2, 1.5);
+    servo.gear = GearLoss {
+        driving,
+        driving_square: square,
+        ..GearLoss::NONE
+    };
+    let angle = 0.9;
+    let arm = servo.load.mass * 0.01;
+    let gravity = servo.load.mass * GRAVITY * 0.1 * libm::sin(angle);
+    let per_duty = servo.motor.torque_constant * servo.supply.voltage / servo.motor.resistance;
+    let per_radian = 400.0 * servo.controller.duty_per_count * 4096.0 / core::f64::consts::TAU;
+    let holding = gravity + (driving + square * gravity) * gravity;
+    for (share, moves) in [(0.999, false), (1.001, true), (1.2, true)] {
+        let torque = share * holding;
+        let command = angle + torque / per_duty / per_radian;
+        let mut run = Run::new(&servo, &["servo/rate"], [angle, 0.0]);
+        let seconds = 0.1e-3;
+        let rate = run.at(1e-3, [command, 1.0])[0] * (seconds / 1e-3);
+        assert_eq!(rate > 0.0, moves, "{share}");
+        if moves {
+            let acceleration = rate / seconds;
+            let transmitted = arm * acceleration + gravity;
+            let loss = (driving + square * transmitted) * transmitted;
+            let left = torque - transmitted - loss - servo.motor.inertia * acceleration;
+            // The induced voltage at the end of 1 ms takes 5 % of the excess.
+            assert!(left.abs() < 0.06 * (torque - holding), "{left}");
+        }
+    }
+}
+
+/// A shaft without load that is turned faster than the supply: the diodes brake it to the rate at
+/// which it induces the voltage of supply and diodes.
+#[test]
+fn open_bridge_conducts_what_is_induced_above_the_supply() {
+    let mut servo = ideal();
+    servo.load.mass = 0.0;
+    servo.motor.diode_voltage = Some(1.4);
+    let motor = servo.motor;
+    let limit = (servo.supply.voltage + 1.4) / motor.torque_constant;
+    let damping = motor.torque_constant * motor.torque_constant / motor.resistance;
+    for (direction, start) in [(1.0, 1.5), (-1.0, 1.5), (1.0, 0.99)] {
+        let start = direction * start * limit;
+        let mut run = Run::new(&servo, &["servo/rate", "servo/supply"], [0.0, start]);
+        for step in 1..60 {
+            let seconds = f64::from(step) * 1.3e-3;
+            let outputs = run.at(seconds, OFF);
+            let excess = (start.abs() - limit).max(0.0);
+            let excess = excess * libm::exp(-seconds * damping / motor.inertia);
+            let exact = direction * (limit.min(start.abs()) + excess);
+            // As for the full duty cycle.
+            assert!((outputs[0] - exact).abs() < 2e-4 * limit, "{seconds}");
+        }
+    }
+    servo.motor.diode_voltage = None;
+    let mut run = Run::new(&servo, &["servo/rate"], [0.0, 1.5 * limit]);
+    assert_eq!(run.at(0.1, OFF), [1.5 * limit]);
+}
+
+/// The duty cycle is zero within the dead zone, jumps to its start beyond, and grows from there.
+#[test]
+fn duty_cycle_begins_behind_the_dead_zone() {
+    let mut servo = ideal();
+    servo.friction.coulomb = 10.0;
+    servo.controller.quantized = true;
+    servo.controller.gain = 32.0;
+    servo.controller.duty_per_count = 1.0 / 4000.0;
+    servo.controller.dead_zone = 1.0;
+    servo.controller.starting_duty = 0.016;
+    let per_count = core::f64::consts::TAU / 4096.0;
+    // Error in counts, duty cycle in per mille.
+    for (error, duty) in [
+        (0, 0.0),
+        (1, 0.0),
+        (2, 24.0),
+        (9, 80.0),
+        (-2, -24.0),
+        (200, 1000.0),
+    ] {
+        let mut run = Run::new(&servo, &["servo/duty"], [0.0, 0.0]);
+        let found = run.at(2e-3, [f64::from(error) * per_count, 1.0])[0];
+        assert!((found - duty * 1e-3).abs() < 1e-12, "{error}: {found}");
+    }
+}
+
 #[test]
 fn supply_sags_and_current_is_limited() {
     let mut servo = ideal();
@@ -435,12 +524,15 @@ proptest! {
     /// Whatever the parameters, friction only takes energy.
     #[test]
     fn friction_takes_energy_only(
-        shares in proptest::array::uniform4(0.0_f64..0.9), coulomb in 0.0_f64..0.1,
+        shares in proptest::array::uniform4(0.0_f64..0.9), driving_square in 0.0_f64..5.0,
+        coulomb in 0.0_f64..0.1,
         stribeck in 0.0_f64..0.1, start in -3.0_f64..3.0, goal in -3.0_f64..3.0,
     ) {
         let mut servo = sound();
         let [driving, driven, static_driving, static_driven] = shares;
-        servo.gear = GearLoss { driving, driven, static_driving, static_driven, ..GearLoss::NONE };
+        servo.gear = GearLoss {
+            driving, driven, static_driving, driving_square, static_driven, ..GearLoss::NONE
+        };
         servo.friction.coulomb = coulomb;
         servo.friction.stribeck = stribeck;
         let mut run = Run::new(&servo, &["servo/angle"], [start, 0.0]);

@@ -5,6 +5,7 @@ mod differences;
 mod engines;
 mod ensembles;
 mod estimate;
+mod identification;
 mod kept;
 mod modulation;
 mod oscillator;
