@@ -6,8 +6,8 @@ standard deviations.
 
 The equations are those of the documentation of plants/servo, written again: a controller in counts
 at 1 kHz, a winding without inductance, viscous and Coulomb friction, an arm that friction holds.
-They are integrated by the rule of Runge and Kutta at 0.2 ms; where the rate would change its sign
-within a step, the arm stops at its end, which is an error of 1e-6 rad.
+They are integrated by the rule of Runge and Kutta at 0.2 ms, and the instants at which the arm stops
+are located within a step by its mean acceleration.
 """
 
 import json
@@ -82,7 +82,15 @@ def simulate(p, times, goals, enabled):
             a4 = slope(angle + step * w3, w4)
             moved = angle + step / 6.0 * (rate + 2.0 * w2 + 2.0 * w3 + w4)
             faster = rate + step / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
-            faster = numpy.where(faster * sign > 0.0, faster, 0.0)
+            # Where the rate changes its sign, the arm stops within the step; from there it is
+            # held, or starts in the other direction.
+            turns = (rate != 0.0) & (faster * rate < 0.0)
+            part = numpy.where(turns, rate / numpy.where(turns, rate - faster, 1.0), 1.0) * step
+            stopped = angle + 0.5 * part * rate
+            left, pull = step - part, torque(stopped, 0.0 * rate)
+            start = numpy.sign(pull) * numpy.maximum(numpy.abs(pull) - coulomb, 0.0) / inertia
+            moved = numpy.where(turns, stopped + 0.5 * start * left**2, moved)
+            faster = numpy.where(turns, start * left, faster)
             angle = numpy.where(held, angle, moved)
             rate = numpy.where(held, 0.0, faster)
         past.append(angle)
