@@ -38,9 +38,9 @@ fn space(folder: &Folder, dimensions: &[(&str, &str, &str)]) -> String {
 }
 
 const FOUR: [(&str, &str, &str); 4] = [
-    ("motor.resistance", "2 ohm", "3.2 ohm"),
-    ("motor.inertia", "12 kg·cm²", "22 kg·cm²"),
-    ("friction.coulomb", "2 mN·m", "10 mN·m"),
+    ("motor.resistance", "2.6 ohm", "4 ohm"),
+    ("motor.inertia", "9 kg·cm²", "18 kg·cm²"),
+    ("friction.coulomb", "1 mN·m", "6 mN·m"),
     ("controller.reading_delay", "1 ms", "12 ms"),
 ];
 
@@ -61,7 +61,7 @@ fn parameters_of_a_recorded_twin_are_found() {
         assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
         let found = object(&done.out);
         // benches/xl330.toml, and `DELAY`.
-        let truths = [2.709, 17.28e-4, 5.067e-3, 5e-3];
+        let truths = [3.4, 13.49e-4, 2.301e-3, 5e-3];
         for (parameter, truth) in found["parameters"].as_array().unwrap().iter().zip(truths) {
             let error = number(&parameter["estimate"]) / truth - 1.0;
             assert!(error.abs() < most, "{error} {parameter}");
@@ -85,7 +85,7 @@ fn parameters_of_a_recorded_twin_are_found() {
 
     // The overlay makes the bench that was fitted.
     let overlay = fs::read_to_string(folder.join("out/space.fit.toml")).unwrap();
-    assert!(overlay.contains("\nmotor.resistance = \"2.7"), "{overlay}");
+    assert!(overlay.contains("\nmotor.resistance = \"3."), "{overlay}");
     let bench = concat!(env!("CARGO_MANIFEST_DIR"), "/../../benches/xl330.toml");
     let bench = fs::read_to_string(bench).unwrap();
     let including = format!("include = \"space.fit.toml\"\n{bench}");
@@ -162,7 +162,7 @@ fn mistakes_are_reported_before_the_search() {
     let error = changed("twin = \"servo/reading\"", "twin = \"servo/readin\"");
     assert!(error.contains("`servo/reading`"), "{error}");
     // An end of a range that the bench does not accept.
-    let error = changed("to = \"10 mN·m\"", "to = \"200 N·m\"");
+    let error = changed("to = \"6 mN·m\"", "to = \"200 N·m\"");
     assert!(
         error.contains("coulomb") && error.contains("200"),
         "{error}"

@@ -112,7 +112,25 @@ impl FitData {
     }
 }
 
+/// Points of a curve in a plot.
+const CURVE_POINTS: usize = 400;
+
 impl Compared {
+    /// Returns some of the samples with the values of the twin, by their residuals in standard
+    /// deviations.
+    pub(super) fn curve(&self, residuals: &[f64]) -> Vec<[f64; 3]> {
+        let samples = self.times.iter().zip(&self.values).zip(residuals);
+        let every = self.times.len().div_ceil(CURVE_POINTS).max(1);
+        let points = samples.map(|((time, value), residual)| {
+            [
+                time.as_secs_f64(),
+                *value,
+                value + residual * self.deviation,
+            ]
+        });
+        points.step_by(every).collect()
+    }
+
     fn of(series: Series, spec: &ResidualSpec) -> Result<Self, FitError> {
         let symbol = &series.signal.unit;
         let unit = Unit::ALL.iter().find(|unit| unit.symbol() == symbol);

@@ -219,6 +219,7 @@ impl Fitter<'_, '_> {
                     rms: (squares / count).sqrt() * signal.deviation,
                     worst: absolute.fold(0.0, f64::max),
                     spikes: signal.spikes,
+                    curve: signal.curve(own),
                 }
             })
             .collect()

@@ -4,6 +4,7 @@
 
 mod data;
 mod execute;
+mod figures;
 mod minima;
 mod outcome;
 mod twin;

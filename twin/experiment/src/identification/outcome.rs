@@ -99,6 +99,9 @@ pub struct RecordingResidual {
     pub worst: f64,
     /// Corrupted readings, which are not compared.
     pub spikes: usize,
+    /// Time \[s\], recorded value and that of the twin, for plots.
+    #[serde(skip)]
+    pub curve: Vec<[f64; 3]>,
 }
 
 /// Recordings that the other ones predict.

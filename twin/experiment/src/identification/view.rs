@@ -9,6 +9,7 @@ use twinrig_report::page::{Block, Card, Page, Term};
 use twinrig_report::table::{Cell, Column, Table, Tone};
 use twinrig_report::text::style::{BOLD, DIM, styled};
 
+use super::figures::figures;
 use super::outcome::{FitOutcome, FittedParameter, RecordingResidual, UnknownDirection, error_of};
 
 /// Prefix of the keys of a scenario that replace values of a robot file or of a bench.
@@ -265,6 +266,8 @@ pub fn fit_page(outcome: &FitOutcome) -> Page {
         blocks.push(Block::heading("Recordings left out in turn"));
         blocks.push(Block::Table(residuals("left out", &held_out)));
     }
+    blocks.push(Block::heading("Recordings with the greatest residuals"));
+    blocks.push(Block::Figures(figures(outcome)));
     Page {
         kind: "Fit".to_owned(),
         title: outcome.name.clone(),

@@ -1,5 +1,6 @@
 //! Fits to logs of an independent script, whose parameters are hidden.
 
+use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -60,10 +61,10 @@ struct Trial {
 }
 
 /// A folder that is deleted at the end.
-struct Folder(PathBuf);
+pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
-    fn new(name: &str) -> Self {
+    pub(crate) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("twinrig-{name}-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         Self(path)
@@ -84,7 +85,9 @@ fn space(folder: &Path, trials: &Trials) -> PathBuf {
     for (key, middle) in &trials.parameters {
         let middle = middle.as_f64().unwrap();
         let (from, to) = (0.5 * middle, 2.0 * middle);
-        text += &format!(
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
             "\n[[dimension]]\nkey = \"override.{key}\"\nfrom = \"{from:e} {unit}\"\n\
              to = \"{to:e} {unit}\"\nscale = \"logarithmic\"\n",
             unit = unit(key)
@@ -122,7 +125,7 @@ fn fitted(folder: &Path, space: &Path, trial: usize) -> FitOutcome {
         space: space.to_owned(),
         settings: Vec::new(),
         cross_validate: false,
-        threads: 1,
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
     fit(&Registry::standard(), &request, &mut |_| true).unwrap()
 }
@@ -136,25 +139,8 @@ fn fits(count: usize, seed: u64) -> Option<(Trials, Vec<FitOutcome>)> {
     let printed = python::run(&python, &script, &[&folder.0], &input);
     let trials: Trials = serde_json::from_value(printed).unwrap();
     let space = space(&folder.0, &trials);
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let mut outcomes: Vec<(usize, FitOutcome)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads)
-            .map(|first| {
-                let (folder, space) = (&folder.0, &space);
-                scope.spawn(move || {
-                    let own = (first..count).step_by(threads);
-                    own.map(|trial| (trial, fitted(folder, space, trial)))
-                        .collect::<Vec<_>>()
-                })
-            })
-            .collect();
-        workers
-            .into_iter()
-            .flat_map(|it| it.join().unwrap())
-            .collect()
-    });
-    outcomes.sort_by_key(|(trial, _)| *trial);
-    let outcomes = outcomes.into_iter().map(|(_, outcome)| outcome).collect();
+    let outcomes = (0..count).map(|trial| fitted(&folder.0, &space, trial));
+    let outcomes = outcomes.collect();
     Some((trials, outcomes))
 }
 

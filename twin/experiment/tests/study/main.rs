@@ -11,6 +11,7 @@ mod modulation;
 mod oscillator;
 mod pages;
 mod precision;
+mod servo_logs;
 mod stability;
 mod sufficient;
 mod transition;

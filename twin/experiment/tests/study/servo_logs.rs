@@ -1,0 +1,108 @@
+//! The benches of servos beside logs of real ones, in the folder that `SERVO_LOGS` names.
+
+use std::fs::{self, File};
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use twinrig_document::Document;
+use twinrig_experiment::{FitRequest, fit};
+use twinrig_record::{LogLimits, LogMapping, import_log};
+use twinrig_rig::registry::Registry;
+use twinrig_scenario::Setting;
+
+use crate::identification::Folder;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// Imports the logs of a folder whose names contain a text; none without the variable.
+fn recordings(folder: &Folder, of: &str, mapping: &str, selected: &str) -> Vec<PathBuf> {
+    let Some(root) = std::env::var_os("SERVO_LOGS") else {
+        println!("skipped: no logs");
+        return Vec::new();
+    };
+    let mapping = Document::read(&Path::new(ROOT).join("mappings").join(mapping)).unwrap();
+    let mapping = LogMapping::read(&mapping).unwrap();
+    let entries = fs::read_dir(Path::new(&root).join(of)).unwrap();
+    let logs = entries.map(|entry| entry.unwrap().path());
+    let mut logs: Vec<PathBuf> = logs
+        .filter(|log| log.to_string_lossy().contains(selected))
+        .collect();
+    logs.sort();
+    let recordings = logs.iter().map(|log| {
+        let name = log.file_name().unwrap().to_string_lossy();
+        let path = folder
+            .0
+            .join(name.split(".json").next().unwrap())
+            .with_extension("mcap");
+        let imported = import_log(log, &mapping, LogLimits::default()).unwrap();
+        let out = BufWriter::new(File::create(&path).unwrap());
+        imported.write(out, "test").unwrap();
+        path
+    });
+    recordings.collect()
+}
+
+/// Returns the mean absolute errors of the position of a bench as its file is \[mrad\]: a fit
+/// without a step, of a search space whose middle is the value of the file.
+fn errors(folder: &Folder, recordings: &[PathBuf], space: &str, set: &[(&str, &str)]) -> Vec<f64> {
+    let path = folder.0.join("space.toml");
+    let text =
+        format!("scenario = \"{ROOT}/scenarios/servo.toml\"\ngenerations = 0\nsteps = 0\n{space}");
+    fs::write(&path, text).unwrap();
+    let request = FitRequest {
+        recordings: recordings.to_vec(),
+        space: path,
+        settings: set
+            .iter()
+            .map(|(key, value)| Setting {
+                origin: "test".to_owned(),
+                key: (*key).to_owned(),
+                value: (*value).to_owned(),
+            })
+            .collect(),
+        cross_validate: false,
+        threads: 1,
+    };
+    let outcome = fit(&Registry::standard(), &request, &mut |_| true).unwrap();
+    let residuals = outcome.recordings.iter();
+    residuals.map(|it| 1e3 * it.mean_absolute).collect()
+}
+
+fn mean_and_worst(errors: &[f64]) -> [f64; 2] {
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    [mean, errors.iter().copied().fold(0.0, f64::max)]
+}
+
+const XL330: &str = r#"
+set = { plant.file = "xl330" }
+residual = [{ signal = "servo/position", twin = "servo/reading", deviation = "10 mrad" }]
+start = [{ state = "servo/angle", signal = "servo/position" }]
+dimension = [{ key = "override.controller.reading_delay", from = "4.783 ms", to = "6.783 ms" }]
+"#;
+
+/// 13.5 mrad and 24.2 mrad when the parameters were fitted.
+#[test]
+fn bench_of_the_xl330_follows_the_logs() {
+    let folder = Folder::new("xl330");
+    let recordings = recordings(&folder, "", "servo-bench-xl330.toml", "xl330-");
+    if recordings.is_empty() {
+        return;
+    }
+    assert_eq!(recordings.len(), 10);
+    let of = |set: &[(&str, &str)]| mean_and_worst(&errors(&folder, &recordings, XL330, set));
+    let [mean, worst] = of(&[]);
+    assert!(
+        (12.5..14.5).contains(&mean) && worst < 26.0,
+        "{mean} {worst}"
+    );
+    // Each part is needed.
+    for (key, value) in [
+        ("override.gear.driving_square", "0"),
+        ("override.gear.static_driving", "0"),
+        ("override.gear.static_driven", "0"),
+        ("override.motor.heating.capacity", "\"1e6 J/K\""),
+    ] {
+        let [without, _] = of(&[(key, value)]);
+        assert!(without > 1.2 * mean, "{key} {without}");
+    }
+}
