@@ -161,12 +161,23 @@ fn coverage(trials: &Trials, outcomes: &[FitOutcome]) -> (Vec<usize>, Vec<f64>) 
     (held, ratios)
 }
 
-/// Of 8 parameters in 200 trials, 95 % are 1520 of 1600: two percent are 3.7 standard deviations of
-/// independent ones, and 89 % of 200 are 3.9.
+/// Returns the number of trials: 40, or that in `FIT_TRIALS`.
+fn trial_count() -> usize {
+    let set = std::env::var("FIT_TRIALS");
+    set.map_or(40, |count| count.parse().unwrap())
+}
+
+/// Four standard deviations of a share of 95 %, if trials are independent of each other.
+fn within(held: usize, of: usize) -> bool {
+    let expected = 0.95 * of as f64;
+    (held as f64 - expected).abs() < 4.0 * (0.05 * expected).sqrt()
+}
+
+/// Of 40 trials with 8 parameters 320 intervals, of 200 trials 1600: then 92.8 to 97.2 % hold the
+/// truth.
 #[test]
-#[ignore = "slow"]
 fn intervals_hold_the_hidden_parameters_as_often_as_they_say() {
-    let Some((trials, outcomes)) = fits(200, 1) else {
+    let Some((trials, outcomes)) = fits(trial_count(), 1) else {
         return;
     };
     let (held, ratios) = coverage(&trials, &outcomes);
@@ -175,30 +186,24 @@ fn intervals_hold_the_hidden_parameters_as_often_as_they_say() {
     let names: Vec<_> = trials.parameters.keys().zip(&held).collect();
     println!("{names:?}, deviation over its bound: {mean:.3}, at most {greatest:.3}");
     let all: usize = held.iter().sum();
-    assert!((1488..=1552).contains(&all), "{all} {names:?}");
-    assert!(held.iter().all(|held| *held >= 178), "{names:?}");
+    assert!(within(all, ratios.len()), "{all} {names:?}");
+    let each = held.iter();
+    assert!(
+        each.clone().all(|held| within(*held, outcomes.len())),
+        "{names:?}"
+    );
     // The bound is that of the truth, where a stop of the arm may be near to another place; the
     // deviation is that of the estimate.
-    assert!(
-        ratios[ratios.len() - 4] < 2.0,
-        "{:?}",
-        &ratios[ratios.len() - 8..]
-    );
+    let beyond = ratios.iter().filter(|ratio| **ratio > 2.0).count();
+    assert!(beyond <= ratios.len() / 500, "{beyond} {greatest}");
     // Autocorrelation of some 380 residuals, whose estimate is never below that of white ones.
     assert!((0.95..1.2).contains(&mean), "{mean}");
-}
-
-#[test]
-fn hidden_parameters_of_an_independent_script_are_found() {
-    let Some((trials, outcomes)) = fits(4, 2) else {
-        return;
-    };
     for (trial, outcome) in trials.trials.iter().zip(&outcomes) {
         for (index, found) in outcome.parameters.iter().enumerate() {
             let error = (found.estimate - trial.truth[index]) / trial.bound[index];
-            assert!(error.abs() < 4.0, "{error} {found:?}");
+            assert!(error.abs() < 6.0, "{error} {found:?}");
         }
-        // White noise of the assumed deviation: 380 samples know it to 4 %.
+        // White noise of the assumed deviation: 380 samples know it to 3.6 %.
         assert!((0.85..1.15).contains(&outcome.deviation), "{outcome:?}");
     }
 }

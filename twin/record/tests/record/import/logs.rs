@@ -93,7 +93,10 @@ fn check(path: &Path, mapping: &LogMapping, more: &[(&str, &str, Convert)]) {
         assert_eq!(recording.note(key), Some(expected.as_str()), "{name}");
     }
     let gain = number(&source["kp"]).to_string();
-    assert_eq!(recording.note("setting.servo.gain"), Some(gain.as_str()));
+    assert_eq!(
+        recording.note("setting.controller.gain"),
+        Some(gain.as_str())
+    );
     assert_eq!(recording.note("note.motor"), source["motor"].as_str());
     assert_eq!(
         recording.note("note.trajectory"),
@@ -157,4 +160,52 @@ fn periods_of_real_logs_are_those_of_their_source() {
             "{name}: {periods:?}"
         );
     }
+}
+
+/// Samples of a rest before one that counts, and those before it with the torque on.
+const RESTING: usize = 16;
+const ENABLED: usize = 25;
+const COUNTS_PER_RADIAN: f64 = 4096.0 / std::f64::consts::TAU;
+
+/// The law of the duty cycle in benches/sts3215.toml: in per mille, 16 and a quarter of the gain
+/// for each count beyond the first. The servo reports it with the sign in bit 10.
+#[test]
+fn duty_cycle_of_the_sts3215_at_rest_is_that_of_its_bench() {
+    let (mut samples, mut others) = (0, 0);
+    for path in logs("sts3215") {
+        let source = json(&path);
+        let rows = source["entries"].as_array().unwrap();
+        let column =
+            |name: &str| -> Vec<f64> { rows.iter().map(|row| number(&row[name])).collect() };
+        let [position, goal, duty, enabled] =
+            ["position", "goal_position", "torque", "torque_enable"].map(column);
+        let gain = number(&source["kp"]);
+        for end in ENABLED..rows.len() {
+            let range = |values: &[f64]| {
+                let last = &values[end + 1 - RESTING..=end];
+                let least = last.iter().copied().fold(f64::INFINITY, f64::min);
+                last.iter().map(|value| value - least).fold(0.0, f64::max)
+            };
+            let is_on = enabled[end + 1 - ENABLED..=end].iter().all(|on| *on == 1.0);
+            let is_commanded = range(&goal) * COUNTS_PER_RADIAN < 1.5;
+            if !(is_on && is_commanded && range(&position) == 0.0) {
+                continue;
+            }
+            let error = ((goal[end] - position[end]) * COUNTS_PER_RADIAN).round();
+            let beyond = error.abs() - 1.0;
+            let expected = if beyond > 0.0 {
+                (16.0 + 0.25 * gain * beyond).copysign(error)
+            } else {
+                0.0
+            };
+            let word = (100.0 * duty[end]).round();
+            // Bit 10 is set for a duty cycle in the direction of positive angles.
+            let reported = if word >= 1024.0 { word - 1024.0 } else { -word };
+            samples += 1;
+            others += usize::from((reported - expected).abs() > 0.6);
+        }
+    }
+    assert!(samples == 0 || samples > 8000, "{samples}");
+    // Five: the command or a reading has just changed.
+    assert!(others <= samples / 1000, "{others} of {samples}");
 }
