@@ -6,13 +6,12 @@ use twinrig_campaign::identification::FitSpace;
 use twinrig_campaign::least_squares::{Information, Minimum};
 use twinrig_campaign::sweep::SweepValue;
 use twinrig_document::Document;
-use twinrig_rig::assembly::Assembly;
 use twinrig_rig::registry::Registry;
-use twinrig_runtime::{Plant, interrupt};
 use twinrig_scenario::Setting;
 
 use super::data::FitData;
-use super::minima::Found;
+use super::minima::{FitProgress, Fitter, Found};
+use super::model::{Recorded, of_recording, plant_at};
 use super::outcome::{
     Correlation, FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection,
 };
@@ -34,23 +33,6 @@ pub struct FitRequest {
     pub threads: usize,
 }
 
-/// State of a running fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FitProgress {
-    /// Searches done: those of all recordings, then those with some left out.
-    pub fits: usize,
-    /// Searches in total.
-    pub of: usize,
-    /// Generations of the search, or steps of least squares.
-    pub done: usize,
-    /// Whether they are steps.
-    pub is_solving: bool,
-    /// Mean cost of a residual.
-    pub cost: f64,
-}
-
-/// Residual of a sample without a result of the twin, in standard deviations.
-const NO_RESULT: f64 = 1e6;
 /// Quantile of the normal distribution for a confidence of 95 %.
 const NORMAL_95: f64 = 1.959_964;
 
@@ -165,34 +147,11 @@ fn folds(space: &FitSpace, all: &[&Recorded<'_>]) -> Result<Vec<Vec<usize>>, Fit
     Ok(if folds.len() > 1 { folds } else { Vec::new() })
 }
 
-/// A recording with its twin.
-pub(super) struct Recorded<'r> {
-    data: FitData,
-    assembly: Assembly<'r>,
-}
-
-impl Recorded<'_> {
-    /// Number of residuals.
-    pub(super) fn samples(&self) -> usize {
-        self.data.samples()
-    }
-}
-
 fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {
     let values = space.values(point).into_iter();
     values
         .map(|value| value.number.unwrap_or(f64::NAN))
         .collect()
-}
-
-/// What all fits have in common.
-pub(super) struct Fitter<'a, 'o> {
-    build: String,
-    pub(super) space: &'a FitSpace,
-    pub(super) twin: &'a Twin<'a>,
-    pub(super) threads: usize,
-    pub(super) progress: FitProgress,
-    pub(super) observer: &'o mut dyn FnMut(FitProgress) -> bool,
 }
 
 impl Fitter<'_, '_> {
@@ -324,60 +283,4 @@ fn parameter(
         interval: is_known.then(|| [at(share - reach), at(share + reach)]),
         at_bound: !information.free[index],
     }
-}
-
-/// Builds the plant of a recording at shares of the ranges.
-fn plant_at<'r>(
-    space: &FitSpace,
-    twin: &Twin<'r>,
-    assembly: &Assembly<'r>,
-    point: &[f64],
-) -> Result<Box<dyn Plant>, Error> {
-    let values = space.values(point);
-    let keys = space.dimensions.iter().map(|it| it.key.value.as_str());
-    let point: Vec<_> = keys.zip(values.iter().map(|it| it.toml.as_str())).collect();
-    twin.plant(assembly, &point)
-}
-
-/// Returns the residuals of all recordings and priors, in standard deviations.
-pub(super) fn residuals(
-    space: &FitSpace,
-    twin: &Twin<'_>,
-    data: &[&Recorded<'_>],
-    point: &[f64],
-) -> Option<Vec<f64>> {
-    let mut all = Vec::new();
-    for data in data {
-        if interrupt::is_requested() {
-            return None;
-        }
-        all.extend(of_recording(space, twin, data, point));
-    }
-    for prior in &space.priors {
-        all.push((point[prior.dimension] - prior.mean) / prior.deviation);
-    }
-    Some(all)
-}
-
-/// Returns the residuals of a recording, in standard deviations.
-fn of_recording(
-    space: &FitSpace,
-    twin: &Twin<'_>,
-    recorded: &Recorded<'_>,
-    point: &[f64],
-) -> Vec<f64> {
-    let data = &recorded.data;
-    let played = plant_at(space, twin, &recorded.assembly, point)
-        .ok()
-        .and_then(|mut plant| twin.play(data, &mut *plant).ok().flatten());
-    let Some(played) = played else {
-        return vec![NO_RESULT; data.samples()];
-    };
-    let signals = played.iter().zip(&data.compared);
-    signals
-        .flat_map(|(values, signal)| {
-            let pairs = values.iter().zip(&signal.values);
-            pairs.map(|(value, recorded)| (value - recorded) / signal.deviation)
-        })
-        .collect()
 }

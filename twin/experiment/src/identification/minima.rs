@@ -1,9 +1,11 @@
 //! Minima of the cost of a fit: searches from several seeds, each with least squares at its end.
 
+use twinrig_campaign::identification::FitSpace;
 use twinrig_campaign::least_squares::{LeastSquares, Loss, Minimum};
 use twinrig_campaign::search::{CmaEs, Dimension};
 
-use super::execute::{Fitter, Recorded, residuals};
+use super::model::{Recorded, residuals};
+use super::twin::Twin;
 use crate::error::{Error, FitError};
 
 /// Greatest step of differences, as a share of a range.
@@ -12,6 +14,31 @@ const DIFFERENCE: f64 = 0.02;
 const TOLERANCE: f64 = 1e-5;
 /// Standard deviation of CMA-ES at which it ends: least squares do the rest.
 const SEARCHED: f64 = 1e-3;
+
+/// State of a running fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitProgress {
+    /// Searches done: those of all recordings, then those with some left out.
+    pub fits: usize,
+    /// Searches in total.
+    pub of: usize,
+    /// Generations of the search, or steps of least squares.
+    pub done: usize,
+    /// Whether they are steps.
+    pub is_solving: bool,
+    /// Mean cost of a residual.
+    pub cost: f64,
+}
+
+/// What all fits have in common.
+pub(super) struct Fitter<'a, 'o> {
+    pub(super) build: String,
+    pub(super) space: &'a FitSpace,
+    pub(super) twin: &'a Twin<'a>,
+    pub(super) threads: usize,
+    pub(super) progress: FitProgress,
+    pub(super) observer: &'o mut dyn FnMut(FitProgress) -> bool,
+}
 
 /// The minima that searches have found.
 pub(super) struct Found {

@@ -6,10 +6,12 @@ mod data;
 mod execute;
 mod figures;
 mod minima;
+mod model;
 mod outcome;
 mod twin;
 mod view;
 
-pub use execute::{FitProgress, FitRequest, fit};
+pub use execute::{FitRequest, fit};
+pub use minima::FitProgress;
 pub use outcome::{FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection};
 pub use view::fit_page;

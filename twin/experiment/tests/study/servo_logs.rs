@@ -30,10 +30,8 @@ fn recordings(folder: &Folder, of: &str, mapping: &str, selected: &str) -> Vec<P
     logs.sort();
     let recordings = logs.iter().map(|log| {
         let name = log.file_name().unwrap().to_string_lossy();
-        let path = folder
-            .0
-            .join(name.split(".json").next().unwrap())
-            .with_extension("mcap");
+        let stem = name.split(".json").next().unwrap();
+        let path = folder.0.join(format!("{stem}.mcap"));
         let imported = import_log(log, &mapping, LogLimits::default()).unwrap();
         let out = BufWriter::new(File::create(&path).unwrap());
         imported.write(out, "test").unwrap();
@@ -104,5 +102,39 @@ fn bench_of_the_xl330_follows_the_logs() {
     ] {
         let [without, _] = of(&[(key, value)]);
         assert!(without > 1.2 * mean, "{key} {without}");
+    }
+}
+
+const STS3215: &str = r#"
+set = { plant.file = "sts3215", override.supply.voltage = "11.9 V" }
+residual = [{ signal = "servo/position", twin = "servo/reading", deviation = "10 mrad", spike = "0.5 rad" }]
+start = [{ state = "servo/angle", signal = "servo/position" }]
+dimension = [{ key = "override.controller.reading_delay", from = "21.42 ms", to = "23.42 ms" }]
+"#;
+
+#[test]
+fn bench_of_the_sts3215_follows_the_logs_of_four_loads() {
+    let folder = Folder::new("sts3215");
+    let recordings = recordings(&folder, "sts3215", "servo-bench-sts.toml", "-kp16-");
+    if recordings.is_empty() {
+        return;
+    }
+    assert_eq!(recordings.len(), 40);
+    let of = |set: &[(&str, &str)]| mean_and_worst(&errors(&folder, &recordings, STS3215, set));
+    let [mean, worst] = of(&[]);
+    assert!(
+        (9.0..12.0).contains(&mean) && worst < 35.0,
+        "{mean} {worst}"
+    );
+    for (key, value) in [
+        ("override.gear.static_driving", "0"),
+        ("override.gear.static_driven", "0"),
+        ("override.controller.dead_zone", "10"),
+        ("override.controller.profile_speed", "\"4 rad/s\""),
+        ("override.motor.diode_voltage", "\"9 V\""),
+    ] {
+        let [without, _] = of(&[(key, value)]);
+        println!("{key} {without} {mean}");
+        assert!(without > 1.05 * mean, "{key} {without}");
     }
 }
