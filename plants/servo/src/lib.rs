@@ -34,9 +34,10 @@
 //! V and `R_s` are the voltage and the resistance of the supply, whose mean current is d I. θ is
 //! the rise of the temperature of the winding, α the temperature coefficient of copper. With the
 //! torque off the bridge is open: I = 0, but where k |ω| exceeds V and the voltage of two diodes,
-//! what exceeds them drives a current into the supply, which brakes. s is the direction of motion, `τ_f` ≥ 0 the friction
-//! ([`Friction`], [`GearLoss`]). A shaft at rest stays there while the other torques do not exceed
-//! `τ_f` at rest; the instant at which it comes to rest is located within a step.
+//! what exceeds them drives a current into the supply, which brakes. s is the direction of motion,
+//! `τ_f` ≥ 0 the friction ([`Friction`], [`GearLoss`]). A shaft at rest stays there while the other
+//! torques do not exceed `τ_f` at rest; the instant at which it comes to rest is located within a
+//! step.
 //!
 //! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
 //! compliance of the gear.

@@ -204,8 +204,8 @@ impl Model {
 
     /// Returns the torque that the gear loses, where `motor` enters it and `external` acts on the
     /// arm, both in the direction of motion. The transmitted torque x follows from the equations of
-    /// the arm, `J_l ω' = x + τ_g`, and of the motor, `J_m ω' = τ_m − x − loss(x)`; its sign is that
-    /// of `excess`.
+    /// the arm, `J_l ω' = x + τ_g`, and of the motor, `J_m ω' = τ_m − x − loss(x)`; its sign is
+    /// that of `excess`.
     fn gear_loss(&self, rate: f64, motor: f64, external: f64) -> f64 {
         let (own, load) = (self.motor_inertia, self.load_inertia);
         let excess = load * motor - own * external;

@@ -59,8 +59,8 @@ pub struct Kind {
     /// Remedy for a kind that this program lacks, such as the cargo feature to build it with; none
     /// if the kind is available.
     pub remedy: Option<String>,
-    /// Properties of a plant that is a standalone model: a scenario then requires no robot and cannot
-    /// set base, legs, ground, start and actuators. None of other plants.
+    /// Properties of a plant that is a standalone model: a scenario then requires no robot and
+    /// cannot set base, legs, ground, start and actuators. None of other plants.
     pub standalone: Option<Standalone>,
     /// Whether trunk and feet can be pushed. Plants only.
     pub takes_pushes: bool,

@@ -113,7 +113,7 @@ fn robot(
     Ok(None)
 }
 
-/// Returns the properties of a standalone plant, in this build or in another; none of another plant.
+/// Returns the properties of a standalone plant, in this build or in another; none of others.
 fn standalone(table: Declared<'_, '_>, catalogue: &Catalogue) -> Option<Standalone> {
     let plant = table.item(&root_table::PLANT);
     let model = plant.and_then(|plant| plant.peek(plant::plant_table::MODEL.name));
