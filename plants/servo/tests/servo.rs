@@ -146,11 +146,10 @@ fn rate_under_full_duty_approaches_its_limit_with_the_time_constant_of_the_motor
         let outputs = run.at(seconds, [1e4, 1.0]);
         let exact = stall / damping * -libm::expm1(-seconds * damping / motor.inertia);
         assert_eq!(outputs[1], 1.0);
-        // The midpoint rule at 1 ms, of a time constant of 33 ms: (h/τ)²/6.
-        assert!(
-            (outputs[0] - exact).abs() < 2e-4 * stall / damping,
-            "{seconds}"
-        );
+        // The midpoint rule at 1 ms, of a time constant of 29 ms: (h/τ)²/6 is 2e-4, to which the
+        // cubic between two steps adds as much.
+        let error = (outputs[0] - exact).abs() / (stall / damping);
+        assert!(error < 4e-4, "{seconds} {error}");
     }
 }
 
