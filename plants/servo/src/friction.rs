@@ -51,7 +51,7 @@ record! {
     /// included: μ |τ_t|. μ depends on the direction of power: from the motor to the load
     /// (`driving`), or from the load to the motor (`driven`). At rest it is greater by the static
     /// share, which vanishes over a rate of its own: μ(ω) = μ + μ_s exp(−|ω|/ω_s). A driving gear
-    /// loses a square κ τ_t² besides, as its teeth and bearings bend.
+    /// loses a square κ τ_t² besides.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct GearLoss = "[gear]" {
         /// Share while the motor drives the load \[1\].

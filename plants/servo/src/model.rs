@@ -155,12 +155,19 @@ impl Model {
         let winding = self.resistance * (1.0 + COPPER * state.rise);
         let Bridge::Duty(duty) = bridge else {
             let induced = self.constant * state.rate;
-            let excess = (induced.abs() - self.voltage - self.diode_voltage).max(0.0);
-            let current = excess / (winding + self.supply_resistance);
+            let excess = induced.abs() - self.voltage - self.diode_voltage;
+            if excess <= 0.0 {
+                return Electric {
+                    voltage: self.voltage,
+                    ..Electric::default()
+                };
+            }
+            let braking = excess / (winding + self.supply_resistance);
+            let current = -braking.copysign(induced);
             return Electric {
-                voltage: self.voltage + self.supply_resistance * current,
-                current: -current.copysign(induced),
-                torque: -self.constant * current.copysign(induced),
+                voltage: self.voltage + self.supply_resistance * braking,
+                current,
+                torque: self.constant * current,
             };
         };
         let unlimited = (duty * self.voltage - self.constant * state.rate)

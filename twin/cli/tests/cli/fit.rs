@@ -171,6 +171,29 @@ fn mistakes_are_reported_before_the_search() {
         error.contains("coulomb") && error.contains("200"),
         "{error}"
     );
+    let alone = [
+        "fit",
+        &recording,
+        "--space",
+        &sound,
+        "--out",
+        &out,
+        "--cross-validate",
+    ];
+    assert!(twin(&alone).err.contains("there are none to fit"));
+    let by_mass = folder.join("by_mass.toml");
+    fs::write(&by_mass, format!("leave_out = \"load.mass\"\n{text}")).unwrap();
+    let error = twin(&[
+        "fit",
+        &recording,
+        "--space",
+        &by_mass,
+        "--out",
+        &out,
+        "--cross-validate",
+    ])
+    .err;
+    assert!(error.contains("does not state `load.mass`"), "{error}");
     let error = changed("deviation = \"1 mrad\"", "deviation = \"1 mm\"");
     assert!(error.contains("`deviation` of `servo/position`"), "{error}");
 }

@@ -58,6 +58,12 @@ pub enum FitError {
         /// The key.
         key: String,
     },
+    /// All recordings are left out together.
+    #[error(
+        "without the recordings left out there are none to fit: \
+         give others, or leave --cross-validate out"
+    )]
+    NothingLeft,
     /// The twin does not start as the recording does.
     #[error("the twin cannot start as {recording}: {why}")]
     Start {

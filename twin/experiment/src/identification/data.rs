@@ -203,3 +203,17 @@ fn no_signal(recording: &str, signal: &str, error: &RecordError) -> FitError {
         nearest,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_far_from_both_neighbours_are_left_out() {
+        let values = [0.0, 0.1, -3.1, 0.2, 0.3, 5.0, 5.1, 9.0];
+        assert_eq!(kept(&values, None).len(), values.len());
+        // A step of two samples is a motion, and an end has one neighbour.
+        assert_eq!(kept(&values, Some(1.0)), [0, 1, 3, 4, 5, 6, 7]);
+        assert_eq!(kept(&[], Some(1.0)), [0_usize; 0]);
+    }
+}

@@ -142,9 +142,10 @@ fn folds(space: &FitSpace, all: &[&Recorded<'_>]) -> Result<Vec<Vec<usize>>, Fit
             None => folds.push((value, vec![index])),
         }
     }
-    // Without a second one nothing is left to fit.
-    let folds: Vec<_> = folds.into_iter().map(|(_, fold)| fold).collect();
-    Ok(if folds.len() > 1 { folds } else { Vec::new() })
+    if folds.len() < 2 {
+        return Err(FitError::NothingLeft);
+    }
+    Ok(folds.into_iter().map(|(_, fold)| fold).collect())
 }
 
 fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {

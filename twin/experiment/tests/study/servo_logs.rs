@@ -5,7 +5,7 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use twinrig_document::Document;
-use twinrig_experiment::{FitRequest, fit};
+use twinrig_experiment::{FitOutcome, FitRequest, fit, fit_page};
 use twinrig_record::{LogLimits, LogMapping, import_log};
 use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
@@ -40,9 +40,14 @@ fn recordings(folder: &Folder, of: &str, mapping: &str, selected: &str) -> Vec<P
     recordings.collect()
 }
 
-/// Returns the mean absolute errors of the position of a bench as its file is \[mrad\]: a fit
-/// without a step, of a search space whose middle is the value of the file.
-fn errors(folder: &Folder, recordings: &[PathBuf], space: &str, set: &[(&str, &str)]) -> Vec<f64> {
+/// Returns a fit without a step, of a search space whose middle is the value of the bench's file.
+fn outcome(
+    folder: &Folder,
+    recordings: &[PathBuf],
+    space: &str,
+    set: &[(&str, &str)],
+    cross_validate: bool,
+) -> FitOutcome {
     let path = folder.0.join("space.toml");
     let text =
         format!("scenario = \"{ROOT}/scenarios/servo.toml\"\ngenerations = 0\nsteps = 0\n{space}");
@@ -58,17 +63,19 @@ fn errors(folder: &Folder, recordings: &[PathBuf], space: &str, set: &[(&str, &s
                 value: (*value).to_owned(),
             })
             .collect(),
-        cross_validate: false,
+        cross_validate,
         threads: 1,
     };
-    let outcome = fit(&Registry::standard(), &request, &mut |_| true).unwrap();
-    let residuals = outcome.recordings.iter();
-    residuals.map(|it| 1e3 * it.mean_absolute).collect()
+    fit(&Registry::standard(), &request, &mut |_| true).unwrap()
 }
 
-fn mean_and_worst(errors: &[f64]) -> [f64; 2] {
-    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-    [mean, errors.iter().copied().fold(0.0, f64::max)]
+/// Returns the mean of the mean absolute errors of the position and the greatest \[mrad\].
+fn errors(folder: &Folder, recordings: &[PathBuf], space: &str, set: &[(&str, &str)]) -> [f64; 2] {
+    let outcome = outcome(folder, recordings, space, set, false);
+    outcome
+        .fitted_error("servo/position")
+        .unwrap()
+        .map(|error| 1e3 * error)
 }
 
 const XL330: &str = r#"
@@ -87,7 +94,7 @@ fn bench_of_the_xl330_follows_the_logs() {
         return;
     }
     assert_eq!(recordings.len(), 10);
-    let of = |set: &[(&str, &str)]| mean_and_worst(&errors(&folder, &recordings, XL330, set));
+    let of = |set: &[(&str, &str)]| errors(&folder, &recordings, XL330, set);
     let [mean, worst] = of(&[]);
     assert!(
         (12.5..14.5).contains(&mean) && worst < 26.0,
@@ -121,7 +128,7 @@ fn bench_of_the_sts3215_follows_the_logs_of_four_loads() {
         return;
     }
     assert_eq!(recordings.len(), 40);
-    let of = |set: &[(&str, &str)]| mean_and_worst(&errors(&folder, &recordings, STS3215, set));
+    let of = |set: &[(&str, &str)]| errors(&folder, &recordings, STS3215, set);
     let [mean, worst] = of(&[]);
     assert!(
         (9.0..10.5).contains(&mean) && worst < 43.0,
@@ -135,4 +142,32 @@ fn bench_of_the_sts3215_follows_the_logs_of_four_loads() {
         let [without, _] = of(&[(key, value)]);
         assert!(without > 1.5 * mean, "{key} {without}");
     }
+    // Two logs of each load are left out together; two readings are −π.
+    let is_selected = |path: &&PathBuf| {
+        let name = path.to_string_lossy();
+        name.contains("lift_and_drop-1") || name.contains("brutal-2")
+    };
+    let few: Vec<PathBuf> = recordings.iter().filter(is_selected).cloned().collect();
+    let by_load = format!("leave_out = \"load.mass\"\nsearches = 2\n{STS3215}");
+    let found = outcome(&folder, &few, &by_load, &[], true);
+    let sizes: Vec<usize> = found.held_out.iter().map(|it| it.residuals.len()).collect();
+    assert_eq!(sizes, [2; 4]);
+    for held_out in &found.held_out {
+        let load = |index: usize| &held_out.residuals[index].recording[..6];
+        assert_eq!(load(0), load(1));
+    }
+    // Nothing was fitted: what is left out is as far off as what is not.
+    let [left_out, fitted] = [
+        found.held_out_error("servo/position"),
+        found.fitted_error("servo/position"),
+    ];
+    assert_eq!(left_out, fitted);
+    assert_eq!(found.minima.len(), 2);
+    assert_eq!(
+        found.recordings.iter().map(|it| it.spikes).sum::<usize>(),
+        2
+    );
+    let page = fit_page(&found).html();
+    assert!(page.contains("2 corrupted readings are not compared"));
+    assert!(page.contains("m1.168-kp16-lift_and_drop-1") && page.contains(", left out "));
 }
