@@ -12,6 +12,7 @@ const BENCHES: Library = Library {
     folder: "benches",
     embedded: &[
         ("sts3215", include_str!("../files/sts3215.toml")),
+        ("sts3250", include_str!("../files/sts3250.toml")),
         ("xl330", include_str!("../files/xl330.toml")),
     ],
 };

@@ -25,7 +25,7 @@ pub struct Playback {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlaybackError {
     /// The plant has no such port.
-    #[error("the plant has no {direction} `{name}` of one component: {help}")]
+    #[error("the plant has no {direction} `{name}`: {help}")]
     NoPort {
         /// `input` or `output`.
         direction: &'static str,
@@ -34,27 +34,37 @@ pub enum PlaybackError {
         /// Its ports.
         help: String,
     },
+    /// A signal has not the component, or more than one and none is named.
+    #[error("`{name}` of the plant has {size} component(s): {help}")]
+    Component {
+        /// Name of the signal.
+        name: String,
+        /// Its components.
+        size: usize,
+        /// Remedy.
+        help: &'static str,
+    },
 }
 
 impl Playback {
-    /// Finds the signals of a plant: `commands` are inputs, `outputs` are to be observed.
+    /// Finds the signals of a plant: `commands` are inputs of one component, `outputs` are to be
+    /// observed, of which one with several components needs one to be named.
     ///
     /// # Errors
     /// [`PlaybackError`] for a name that the plant does not have.
     pub fn new<'n>(
         plant: &dyn Plant,
         commands: impl IntoIterator<Item = &'n str>,
-        outputs: impl IntoIterator<Item = &'n str>,
+        outputs: impl IntoIterator<Item = (&'n str, Option<usize>)>,
     ) -> Result<Self, PlaybackError> {
         let ports = plant.ports();
-        let find = |direction, name: &str| place(&ports, direction, name);
         let inputs = commands
             .into_iter()
-            .map(|name| find(Direction::Input, name));
+            .map(|name| place(&ports, Direction::Input, name, None));
         let inputs = inputs.collect::<Result<_, _>>()?;
         let outputs = outputs
             .into_iter()
-            .map(|name| find(Direction::Output, name));
+            .map(|(name, component)| place(&ports, Direction::Output, name, component));
         Ok(Self {
             inputs,
             outputs: outputs.collect::<Result<_, _>>()?,
@@ -115,13 +125,28 @@ impl Playback {
     }
 }
 
-/// Returns the place of a scalar signal among the values of a direction.
-fn place(ports: &[Port], direction: Direction, name: &str) -> Result<usize, PlaybackError> {
+/// Returns the place of a component of a signal among the values of a direction.
+fn place(
+    ports: &[Port],
+    direction: Direction,
+    name: &str,
+    component: Option<usize>,
+) -> Result<usize, PlaybackError> {
     let own = || ports.iter().filter(|port| port.direction == direction);
     let mut start = 0;
     for port in own() {
-        if port.name == name && port.size == 1 {
-            return Ok(start);
+        if port.name == name {
+            let help = match component {
+                Some(component) if component < port.size => return Ok(start + component),
+                Some(_) => "name one of them, counted from 0",
+                None if port.size == 1 => return Ok(start),
+                None => "name one of them by `component`",
+            };
+            return Err(PlaybackError::Component {
+                name: name.to_owned(),
+                size: port.size,
+                help,
+            });
         }
         start += port.size;
     }
@@ -186,7 +211,7 @@ mod tests {
     #[test]
     fn commands_act_from_their_own_times_and_samples_are_before_them() {
         let mut plant = Integrator::default();
-        let playback = Playback::new(&plant, ["rate"], ["sum", "sum"]).unwrap();
+        let playback = Playback::new(&plant, ["rate"], [("sum", None), ("sum", Some(0))]).unwrap();
         let command = TimedValues {
             times: at(&[0, 100, 300]),
             values: vec![1.0, 10.0, 0.0],
@@ -205,9 +230,13 @@ mod tests {
     #[test]
     fn unknown_signals_are_reported() {
         let plant = Integrator::default();
-        let error = Playback::new(&plant, ["rat"], ["sum"]).unwrap_err();
-        assert!(error.to_string().contains("`rate`"), "{error}");
-        assert!(Playback::new(&plant, ["other"], ["sum"]).is_err());
-        assert!(Playback::new(&plant, ["rate"], ["rate"]).is_err());
+        let why = |command, output, component| {
+            let error = Playback::new(&plant, [command], [(output, component)]).unwrap_err();
+            error.to_string()
+        };
+        assert!(why("rat", "sum", None).contains("`rate`"));
+        assert!(why("rate", "rate", None).contains("no output `rate`"));
+        assert!(why("other", "sum", None).contains("has 2 component(s)"));
+        assert!(why("rate", "sum", Some(1)).contains("counted from 0"));
     }
 }

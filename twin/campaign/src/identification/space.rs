@@ -88,6 +88,9 @@ table! {
         r#"signal = "servo/position""#, required();
     TWIN: Placed<String> = "twin", Type::PLACED, "output of the twin",
         r#"twin = "servo/reading""#, otherwise("the recorded signal's name");
+    COMPONENT: usize = "component", Type::ELEMENT, "element of both, counted from 0",
+        r#"signal = "body/position", component = "z", deviation = "1 mm""#,
+        otherwise("they have one component");
     DEVIATION_: Placed<String> = "deviation", Type::PLACED,
         "standard deviation of the difference, in the unit of the signal",
         r#"deviation = "5 mrad""#, required();
@@ -123,6 +126,8 @@ pub struct ResidualSpec {
     pub signal: Placed<String>,
     /// Output of the twin.
     pub twin: Placed<String>,
+    /// Element of both; none where they have one component.
+    pub component: Option<usize>,
     /// Standard deviation of the difference, as the file has it.
     pub deviation: Placed<String>,
     /// Distance of a corrupted reading from its neighbours, as the file has it.
@@ -164,6 +169,15 @@ pub struct FitSpace {
     pub steps: usize,
 }
 
+impl ResidualSpec {
+    /// Returns the name of the recorded signal, with its component behind a full stop.
+    pub fn name(&self) -> String {
+        let name = &self.signal.value;
+        self.component
+            .map_or(name.clone(), |component| format!("{name}.{component}"))
+    }
+}
+
 impl FitSpace {
     /// Returns the tables of such a file with their keys, beginning with the top level.
     pub fn tables() -> Vec<TableReference> {
@@ -176,6 +190,28 @@ impl FitSpace {
     /// All problems, each with its position.
     pub fn read(document: &Document) -> Result<Self, DocumentError> {
         document.check(|table| space(document, table))
+    }
+
+    /// Leaves the dimensions of some keys out, with their priors.
+    pub fn hold(&mut self, keys: &[&str]) {
+        let is_held = |dimension: &SpaceDimension| keys.contains(&dimension.key.value.as_str());
+        let mut index = 0;
+        let places: Vec<Option<usize>> = self
+            .dimensions
+            .iter()
+            .map(|dimension| {
+                let place = (!is_held(dimension)).then_some(index);
+                index += usize::from(place.is_some());
+                place
+            })
+            .collect();
+        self.dimensions.retain(|dimension| !is_held(dimension));
+        let priors = self.priors.drain(..);
+        let kept = priors.filter_map(|prior| {
+            let dimension = places[prior.dimension]?;
+            Some(Prior { dimension, ..prior })
+        });
+        self.priors = kept.collect();
     }
 
     /// Returns the values at shares of the ranges.
@@ -294,15 +330,16 @@ fn start(item: &Item<'_>) -> Result<StartSpec, Reported> {
 }
 
 fn residual(item: &Item<'_>) -> Result<ResidualSpec, Reported> {
-    use residual_table::{DEVIATION_, SIGNAL, SPIKE, TWIN};
+    use residual_table::{COMPONENT, DEVIATION_, SIGNAL, SPIKE, TWIN};
     let table = &item.table()?;
     let keys = residual_table::TABLE.of(table);
     let (signal, twin, deviation) = (keys.read(&SIGNAL), keys.get(&TWIN), keys.read(&DEVIATION_));
-    let spike = keys.get(&SPIKE);
+    let (component, spike) = (keys.get(&COMPONENT), keys.get(&SPIKE));
     let signal = signal?;
     Ok(ResidualSpec {
         twin: twin?.unwrap_or_else(|| signal.clone()),
         signal,
+        component: component?,
         deviation: deviation?,
         spike: spike?,
     })

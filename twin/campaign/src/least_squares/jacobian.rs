@@ -54,6 +54,25 @@ impl Jacobian {
         Ok(jacobian)
     }
 
+    /// Returns the derivatives at a point with given steps.
+    ///
+    /// # Errors
+    /// [`Failure`] where the model has no result beside the point.
+    pub(super) fn with_steps(
+        model: &dyn Residuals,
+        point: &[f64],
+        steps: &[f64],
+        threads: &ThreadPool,
+    ) -> Result<Self, Failure> {
+        let mut jacobian = Self {
+            columns: Vec::new(),
+            errors: vec![0.0; steps.len()],
+            steps: steps.to_vec(),
+        };
+        jacobian.move_to(model, point, threads)?;
+        Ok(jacobian)
+    }
+
     /// Computes the derivatives at another point with the same steps.
     ///
     /// # Errors

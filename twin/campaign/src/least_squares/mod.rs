@@ -11,6 +11,7 @@
 mod jacobian;
 mod matrix;
 mod problem;
+mod profile;
 mod solve;
 mod statistics;
 #[cfg(test)]

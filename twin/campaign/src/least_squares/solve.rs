@@ -55,8 +55,22 @@ impl LeastSquares {
         start: &[f64],
         progress: &mut dyn FnMut(Step<'_>) -> bool,
     ) -> Result<Minimum, Failure> {
+        self.minimise_by(model, start, None, progress)
+    }
+
+    /// Minimises the same by differences of given steps, or of steps chosen at start and end.
+    ///
+    /// # Errors
+    /// As [`Self::minimise`].
+    pub(super) fn minimise_by(
+        &self,
+        model: &dyn Residuals,
+        start: &[f64],
+        differences: Option<&[f64]>,
+        progress: &mut dyn FnMut(Step<'_>) -> bool,
+    ) -> Result<Minimum, Failure> {
         let mut iteration = 0;
-        let found = self.steps(model, start, progress, &mut iteration);
+        let found = self.steps(model, start, differences, progress, &mut iteration);
         // An interrupted model has no result.
         if interrupt::is_requested() {
             return Err(Failure::Interrupted(iteration));
@@ -68,6 +82,7 @@ impl LeastSquares {
         &self,
         model: &dyn Residuals,
         start: &[f64],
+        differences: Option<&[f64]>,
         progress: &mut dyn FnMut(Step<'_>) -> bool,
         iteration: &mut usize,
     ) -> Result<Minimum, Failure> {
@@ -77,7 +92,11 @@ impl LeastSquares {
         let mut point: Vec<f64> = start.iter().map(|share| share.clamp(0.0, 1.0)).collect();
         let mut residuals = model.at(&point).ok_or(Failure::Start)?;
         let mut cost = self.cost(&residuals);
-        let mut jacobian = Jacobian::chosen(model, &point, self.difference, threads)?;
+        let jacobian_at = |point: &[f64]| match differences {
+            Some(steps) => Jacobian::with_steps(model, point, steps, threads),
+            None => Jacobian::chosen(model, point, self.difference, threads),
+        };
+        let mut jacobian = jacobian_at(&point)?;
         let (mut damping, mut stalled, mut converged) = (DAMPING, 0, false);
         while *iteration < self.iterations && !converged {
             *iteration += 1;
@@ -125,7 +144,10 @@ impl LeastSquares {
                 jacobian.move_to(model, &point, threads)?;
             }
         }
-        let jacobian = Jacobian::chosen(model, &point, self.difference, threads)?;
+        let jacobian = match differences {
+            Some(_) => jacobian,
+            None => jacobian_at(&point)?,
+        };
         Ok(Minimum {
             point,
             cost,

@@ -154,3 +154,65 @@ fn integrated_time_of_an_autoregressive_series_is_its_closed_form() {
     let white: Vec<f64> = series.windows(2).map(|it| it[1] - 0.8 * it[0]).collect();
     assert!((integrated_time(&white, &[white.len()]) - 1.0).abs() < 0.05);
 }
+
+/// Of a linear model the profile is that of the covariance; where a parameter has no influence, or
+/// its bound is beyond the range, there is none.
+#[test]
+fn profile_of_a_linear_model_is_the_interval_of_its_covariance() {
+    let noise = |i: u32| f64::from(i * 7919 % 101) / 50.0 - 1.0;
+    let profiles = |intercept: f64| {
+        let model = move |point: &[f64]| {
+            let line = (0..40_u32).map(|i| {
+                let x = f64::from(i) / 40.0;
+                point[0] + point[1] * x - (intercept + 0.2 * x + 0.1 * noise(i))
+            });
+            Some(line.collect())
+        };
+        let found = minimum(&model, &[0.5, 0.5, 0.5]);
+        let information = Information::of(&SETTINGS, &found, &[40]);
+        [0, 1, 2].map(|parameter| {
+            let bounds = SETTINGS.profile(&model, &found, &information, parameter);
+            let reach = 1.96 * information.deviation(parameter);
+            bounds.unwrap().map(|bound| {
+                let distance = bound.map(|bound| (bound - found.point[parameter]).abs());
+                distance.map(|distance| distance / reach)
+            })
+        })
+    };
+    let [intercept, slope, none] = profiles(0.4);
+    for ratio in [intercept, slope].concat() {
+        // The accuracy of a bound is 2 %.
+        assert!((ratio.unwrap() - 1.0).abs() < 0.03, "{ratio:?}");
+    }
+    assert_eq!(none, [None, None]);
+    // An intercept at the end of its range limits the slope, too.
+    let [[low, high], [_, steep], _] = profiles(0.04);
+    assert!(low.is_none() && high.is_some(), "{low:?} {high:?}");
+    assert!(steep.unwrap() < 0.95, "{steep:?}");
+}
+
+/// exp(4 p) measured 25 times with a deviation of 1: the bounds are where it differs from the mean
+/// by 1.96/5, not symmetrical in p.
+#[test]
+fn profile_of_a_curved_model_is_not_symmetrical() {
+    let model = |point: &[f64]| {
+        let sign = |i: i32| if i % 2 == 0 { 1.0 } else { -1.0 };
+        let samples = (0..25).map(|i| libm::exp(4.0 * point[0]) - 2.0 - sign(i));
+        Some(samples.collect())
+    };
+    let found = minimum(&model, &[0.5]);
+    let information = Information::of(&SETTINGS, &found, &[25]);
+    let deviation = (information.variance * information.correlation_time).sqrt();
+    let bounds = SETTINGS.profile(&model, &found, &information, 0).unwrap();
+    let mean = libm::exp(4.0 * found.point[0]);
+    for (side, bound) in [-1.0, 1.0].into_iter().zip(bounds) {
+        let exact = libm::log(mean + side * 1.96 * deviation / 5.0) / 4.0;
+        let reach = (exact - found.point[0]).abs();
+        assert!(
+            (bound.unwrap() - exact).abs() < 0.03 * reach,
+            "{bounds:?} {exact}"
+        );
+    }
+    let [low, high] = bounds.map(Option::unwrap);
+    assert!(found.point[0] - low > 1.1 * (high - found.point[0]));
+}

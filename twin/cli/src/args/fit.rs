@@ -18,9 +18,15 @@ pub struct FitArgs {
     pub space: PathBuf,
     #[command(flatten)]
     pub settings: Settings,
+    /// Predict this recording with the fitted parameters; may be repeated
+    #[arg(long, value_name = "RECORDING")]
+    pub validate: Vec<PathBuf>,
     /// Leave each recording out in turn, and predict it with the parameters of the others
     #[arg(long)]
     pub cross_validate: bool,
+    /// Intervals of the profile likelihood, too: the other parameters are fitted again for each bound
+    #[arg(long)]
+    pub profile: bool,
     /// Threads, without influence on the result [default: number of processors]
     #[arg(long, value_name = "N")]
     pub jobs: Option<NonZeroUsize>,

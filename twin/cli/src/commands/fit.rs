@@ -12,6 +12,8 @@ use crate::progress::{Progress, bar};
 
 /// Folder of the results of all fits.
 const FOLDER: &str = "fits";
+/// Folder of the searches that are done, beside the results.
+const SEARCHES: &str = "searches";
 
 pub(super) fn fit(registry: &Registry, args: &FitArgs, terminal: &mut Terminal<'_>) -> u8 {
     if terminal.interactive {
@@ -19,6 +21,9 @@ pub(super) fn fit(registry: &Registry, args: &FitArgs, terminal: &mut Terminal<'
     }
     match run(registry, args, terminal) {
         Ok((outcome, files)) => {
+            for note in &outcome.notes {
+                terminal.note(note);
+            }
             if args.json {
                 terminal.print_json(&outcome);
             } else {
@@ -44,9 +49,12 @@ fn run(
     outputs::check_folder(&out)?;
     let request = FitRequest {
         recordings: args.recordings.clone(),
+        validate: args.validate.clone(),
         space: args.space.clone(),
         settings: settings(&args.settings),
         cross_validate: args.cross_validate,
+        profile: args.profile,
+        store: Some(out.join(SEARCHES)),
         threads: args
             .jobs
             .or_else(|| std::thread::available_parallelism().ok())

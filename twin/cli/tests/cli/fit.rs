@@ -112,6 +112,116 @@ fn parameters_of_a_recorded_twin_are_found() {
     assert_ne!(fingerprint(&set), fingerprint(&[]));
 }
 
+/// One parameter is held at its true value; another motion shows the same bench. What was searched
+/// is not searched again.
+#[test]
+fn fit_predicts_other_recordings_and_continues_with_the_searches_that_are_done() {
+    let folder = Folder::new("fit-validate");
+    let (recording, out) = (recording(&folder), folder.join("out"));
+    let other = folder.join("other");
+    let done = twin(&[
+        "run",
+        SCENARIO,
+        "--set",
+        DELAY,
+        "--set",
+        COULOMB,
+        "--out",
+        &other,
+        "--set",
+        "controller.amplitude=\"0.6 rad\"",
+    ]);
+    // It does not lift the arm as far as the scenario expects.
+    assert_eq!(done.code, 1, "{}", done.err);
+    let mut files = fs::read_dir(&other).unwrap();
+    let other = files.next().unwrap().unwrap().path().display().to_string();
+    let space = space(&folder, &FOUR);
+    let words = [
+        "fit",
+        &recording,
+        "--space",
+        &space,
+        "--out",
+        &out,
+        "--json",
+        "--profile",
+        "--validate",
+        &other,
+        "--set",
+        "override.motor.resistance=\"3.4 ohm\"",
+    ];
+    let first = twin(&words);
+    assert_eq!((first.code, first.err.as_str()), (0, ""), "{}", first.out);
+    let found = object(&first.out);
+    let number = |value: &Value| value.as_f64().unwrap();
+    let parameters = found["parameters"].as_array().unwrap();
+    assert_eq!(parameters.len(), 3, "{found}");
+    for it in parameters {
+        let [low, high] = [0, 1].map(|end| number(&it["interval"][end]));
+        let profile = [0, 1].map(|end| number(&it["profile"][end]));
+        // Counts make the cost rough.
+        let ratio = (profile[1] - profile[0]) / (high - low);
+        assert!((0.5..2.0).contains(&ratio), "{it}");
+        assert!(profile[0] < number(&it["estimate"]) && number(&it["estimate"]) < profile[1]);
+    }
+    let predicted = &found["validation"][0];
+    let [fitted, unfitted] = ["mean_absolute", "unfitted"].map(|key| number(&predicted[key]));
+    assert!(fitted < 1e-3 && unfitted > 5.0 * fitted, "{predicted}");
+
+    let again = twin(&words);
+    assert_eq!(again.out, first.out);
+    assert!(
+        again.err.contains("1 searches were done before"),
+        "{}",
+        again.err
+    );
+    let text = fs::read_to_string(&space).unwrap();
+    fs::write(&space, text.replace("1 mrad", "1.1 mrad")).unwrap();
+    assert_eq!(twin(&words).err, "");
+    let all = FOUR.map(|(key, from, _)| format!("override.{key}={from:?}"));
+    let held: Vec<&str> = all.iter().flat_map(|it| ["--set", it.as_str()]).collect();
+    let error = twin(&[&words[..6], &held].concat()).err;
+    assert!(error.contains("no dimension is left to fit"), "{error}");
+}
+
+/// The height of a robot shows its mass.
+#[test]
+fn element_of_a_vector_is_compared() {
+    let folder = Folder::new("fit-element");
+    let trot = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/trot.toml");
+    let text = fs::read_to_string(trot).unwrap();
+    let (head, _) = text.split_once("[[expect]]").unwrap();
+    let scenario = folder.join("trot.toml");
+    fs::write(&scenario, head.replace("\"20 s\"", "\"0.4 s\"")).unwrap();
+    let recorded = folder.join("recorded");
+    let done = twin(&["run", &scenario, "--out", &recorded]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let mut files = fs::read_dir(&recorded).unwrap();
+    let recording = files.next().unwrap().unwrap().path().display().to_string();
+    let fitted = |component: &str| {
+        let space = folder.join("mass.toml");
+        let text = format!(
+            "scenario = \"trot.toml\"\ngenerations = 0\n[[residual]]\n\
+             signal = \"body/position\"\n{component}\ndeviation = \"1 mm\"\n[[dimension]]\n\
+             key = \"override.trunk.mass\"\nfrom = \"0.6 kg\"\nto = \"1.1 kg\"\n"
+        );
+        fs::write(&space, text).unwrap();
+        let out = folder.join("out");
+        twin(&[
+            "fit", &recording, "--space", &space, "--out", &out, "--json",
+        ])
+    };
+    let found = object(&fitted("component = \"z\"").out);
+    let mass = found["parameters"][0]["estimate"].as_f64().unwrap();
+    // robots/cheetah-cub.toml; the error is that of the tolerance of the plant.
+    assert!((mass - 0.9).abs() < 1e-3, "{found}");
+    assert_eq!(found["recordings"][0]["signal"], "body/position.2");
+    for component in ["", "component = 3"] {
+        let error = fitted(component).out;
+        assert!(error.contains("has 3 component(s)"), "{error}");
+    }
+}
+
 #[test]
 fn product_of_two_parameters_is_named_as_what_the_recording_cannot_tell() {
     let folder = Folder::new("fit-unknown");

@@ -68,6 +68,21 @@ impl<X: Dialect> Type<u64, X> {
     });
 }
 
+impl<X: Dialect> Type<usize, X> {
+    const INDEX_OR_AXIS: &'static [Shape<X>] = &[
+        Shape::Choice(|| vec!["x", "y", "z"]),
+        Shape::One(Accepts::Natural(0..=u64::MAX)),
+    ];
+    /// Element of a signal: its index, or `x`, `y`, `z` for the first three.
+    pub const ELEMENT: Self = Type::new(Shape::Either(Self::INDEX_OR_AXIS), |item, _| {
+        if item.is_text() {
+            return item.choice(&[("x", 0), ("y", 1), ("z", 2)]);
+        }
+        let index = item.natural()?;
+        usize::try_from(index).map_err(|_| item.report("no signal has that many elements", ""))
+    });
+}
+
 impl<X: Dialect> Type<Vec<Placed<String>>, X> {
     const NAME: &'static Shape<X> = &Shape::One(Accepts::Name);
     /// A list of names.

@@ -29,9 +29,9 @@ pub enum FitError {
         /// Names of the inputs.
         inputs: String,
     },
-    /// A signal has more than one component.
-    #[error("`{signal}` has {size} components; signals of a fit have one")]
-    Vector {
+    /// A signal has more than one component, or not the one named.
+    #[error("`{signal}` has {size} component(s); name one by `component`, counted from 0")]
+    Component {
         /// The signal.
         signal: String,
         /// Components.
@@ -64,6 +64,9 @@ pub enum FitError {
          give others, or leave --cross-validate out"
     )]
     NothingLeft,
+    /// Settings hold all dimensions.
+    #[error("no dimension is left to fit: the settings hold all of them")]
+    AllHeld,
     /// The twin does not start as the recording does.
     #[error("the twin cannot start as {recording}: {why}")]
     Start {

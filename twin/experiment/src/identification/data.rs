@@ -52,7 +52,7 @@ impl FitData {
         let mut commands = Vec::new();
         for input in inputs {
             if let Ok(series) = recording.series(input) {
-                let series = scalar(series)?;
+                let series = element(series, None)?;
                 commands.push((
                     input.clone(),
                     TimedValues {
@@ -69,9 +69,10 @@ impl FitData {
             }
             .into());
         }
-        let signal = |name: &str| -> Result<Series, Error> {
+        let signal = |name: &str, component: Option<usize>| -> Result<Series, Error> {
             let series = recording.series(name);
-            let series = scalar(series.map_err(|error| no_signal(&file, name, &error))?)?;
+            let series = series.map_err(|error| no_signal(&file, name, &error))?;
+            let series = element(series, component)?;
             if series.times.is_empty() {
                 let (recording, signal) = (file.clone(), name.to_owned());
                 return Err(FitError::Empty { recording, signal }.into());
@@ -80,11 +81,12 @@ impl FitData {
         };
         let mut compared = Vec::new();
         for spec in &space.residuals {
-            compared.push(Compared::of(signal(&spec.signal.value)?, spec)?);
+            let series = signal(&spec.signal.value, spec.component)?;
+            compared.push(Compared::of(series, spec)?);
         }
         let mut start = Vec::new();
         for state in &space.start {
-            let first = signal(&state.signal)?.values.first().copied();
+            let first = signal(&state.signal, None)?.values.first().copied();
             start.extend(first.map(|first| (state.state.clone(), first)));
         }
         let settings = recording.notes().filter_map(|(key, value)| {
@@ -179,14 +181,24 @@ fn kept(values: &[f64], spike: Option<f64>) -> Vec<usize> {
         .collect()
 }
 
-fn scalar(series: Series) -> Result<Series, FitError> {
-    if series.signal.size == 1 {
-        return Ok(series);
+/// Returns a component of a signal, which is the only one if none is named.
+fn element(mut series: Series, component: Option<usize>) -> Result<Series, FitError> {
+    let size = series.signal.size;
+    let index = component.unwrap_or(0);
+    if index >= size || (component.is_none() && size != 1) {
+        return Err(FitError::Component {
+            signal: series.signal.name,
+            size,
+        });
     }
-    Err(FitError::Vector {
-        signal: series.signal.name,
-        size: series.signal.size,
-    })
+    series.values = series
+        .values
+        .into_iter()
+        .skip(index)
+        .step_by(size)
+        .collect();
+    series.signal.size = 1;
+    Ok(series)
 }
 
 fn no_signal(recording: &str, signal: &str, error: &RecordError) -> FitError {

@@ -9,12 +9,12 @@ use twinrig_document::Document;
 use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 
-use super::data::FitData;
 use super::minima::{FitProgress, Fitter, Found};
-use super::model::{Recorded, of_recording, plant_at};
+use super::model::{Recorded, of_recording, read, residuals};
 use super::outcome::{
     Correlation, FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection,
 };
+use super::searches::Searches;
 use super::twin::Twin;
 use crate::error::{Error, FitError};
 
@@ -23,12 +23,18 @@ use crate::error::{Error, FitError};
 pub struct FitRequest {
     /// Recordings.
     pub recordings: Vec<PathBuf>,
+    /// Recordings that are predicted only.
+    pub validate: Vec<PathBuf>,
     /// File of the search space.
     pub space: PathBuf,
-    /// Settings of all runs.
+    /// Settings of all runs; that of a dimension's key holds it at this value.
     pub settings: Vec<Setting>,
     /// Whether recordings are left out in turn.
     pub cross_validate: bool,
+    /// Whether intervals are those of the profile likelihood, too.
+    pub profile: bool,
+    /// Folder of the searches that are done, from which an interrupted fit continues.
+    pub store: Option<PathBuf>,
     /// Threads.
     pub threads: usize,
 }
@@ -46,31 +52,16 @@ pub fn fit(
     request: &FitRequest,
     observer: &mut dyn FnMut(FitProgress) -> bool,
 ) -> Result<FitOutcome, Error> {
-    let space = FitSpace::read(&Document::read(&request.space)?)?;
-    let twin = Twin::new(registry, &space, &request.settings)?;
-    let middle = vec![0.5; space.dimensions.len()];
-    let plain = twin.of_recording(&[])?;
-    let inputs = Twin::inputs(&*plant_at(&space, &twin, &plain, &middle)?);
-    let mut data: Vec<Recorded<'_>> = Vec::new();
-    for path in &request.recordings {
-        let read = FitData::read(path, &space, &inputs)?;
-        if data.iter().any(|other| other.data.hash == read.hash) {
-            return Err(FitError::Twice(read.file).into());
-        }
-        // Errors of settings and ranges are reported before the search.
-        let assembly = twin.of_recording(&read.settings)?;
-        for (index, end) in (0..middle.len()).flat_map(|index| [(index, 0.0), (index, 1.0)]) {
-            let mut point = middle.clone();
-            point[index] = end;
-            plant_at(&space, &twin, &assembly, &point)?;
-        }
-        let mut plant = plant_at(&space, &twin, &assembly, &middle)?;
-        twin.play(&read, &mut *plant)?;
-        data.push(Recorded {
-            data: read,
-            assembly,
-        });
+    let mut space = FitSpace::read(&Document::read(&request.space)?)?;
+    let set: Vec<&str> = request.settings.iter().map(|it| it.key.as_str()).collect();
+    space.hold(&set);
+    if space.dimensions.is_empty() {
+        return Err(FitError::AllHeld.into());
     }
+    let twin = Twin::new(registry, &space, &request.settings)?;
+    let files = [request.recordings.as_slice(), &request.validate].concat();
+    let data = read(&space, &twin, &files)?;
+    let (data, validation) = data.split_at(request.recordings.len());
     let all: Vec<&Recorded<'_>> = data.iter().collect();
     let samples: usize = all.iter().map(|it| it.data.samples()).sum();
     if samples <= space.dimensions.len() {
@@ -86,8 +77,10 @@ pub fn fit(
     } else {
         Vec::new()
     };
+    let build = registry.build()?.to_string();
     let mut fitter = Fitter {
-        build: registry.build()?.to_string(),
+        searches: Searches::open(request.store.as_deref(), &build, &space, &twin)?,
+        build,
         space: &space,
         twin: &twin,
         threads: request.threads,
@@ -102,6 +95,12 @@ pub fn fit(
     };
     let found = fitter.fit(&all)?;
     let mut outcome = fitter.outcome(&all, &found);
+    if request.profile {
+        fitter.profile(&all, found.least(), &mut outcome)?;
+    }
+    let point = &found.least().point;
+    let predicted = validation.iter().map(|it| fitter.residuals_of(it, point));
+    outcome.validation = predicted.flatten().collect();
     for fold in folds {
         let (left_out, others): (Vec<_>, Vec<_>) = all
             .iter()
@@ -117,6 +116,7 @@ pub fn fit(
             estimates: estimates(&space, &point),
         });
     }
+    outcome.notes = fitter.searches.notes();
     Ok(outcome)
 }
 
@@ -158,24 +158,32 @@ fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {
 impl Fitter<'_, '_> {
     /// Returns the residuals of a recording in the units of its signals.
     fn residuals_of(&self, recorded: &Recorded<'_>, point: &[f64]) -> Vec<RecordingResidual> {
-        let scaled = of_recording(self.space, self.twin, recorded, point);
+        let of = |point| of_recording(self.space, self.twin, recorded, point);
+        let unfitted = of(None);
+        let fitted = of(Some(point)).unwrap_or_else(|| vec![f64::NAN; recorded.samples()]);
         let data = &recorded.data;
-        let mut rest = scaled.as_slice();
+        let mut samples = 0..0;
         let signals = data.compared.iter().zip(&self.space.residuals);
         signals
             .map(|(signal, spec)| {
-                let (own, behind) = rest.split_at(signal.times.len());
-                rest = behind;
+                samples = samples.end..samples.end + signal.times.len();
+                let own = &fitted[samples.clone()];
+                let unfitted = unfitted.as_ref().map(|all| &all[samples.clone()]);
                 let count = own.len().max(1) as f64;
                 let absolute = own.iter().map(|it| it.abs() * signal.deviation);
                 let squares: f64 = own.iter().map(|it| it * it).sum();
+                let mean = |residuals: &[f64]| {
+                    let sum: f64 = residuals.iter().map(|it| it.abs()).sum();
+                    sum * signal.deviation / count
+                };
                 RecordingResidual {
                     recording: data.name.clone(),
                     hash: data.hash.clone(),
-                    signal: spec.signal.value.clone(),
+                    signal: spec.name(),
                     unit: signal.unit.clone(),
                     samples: own.len(),
-                    mean_absolute: absolute.clone().sum::<f64>() / count,
+                    mean_absolute: mean(own),
+                    unfitted: unfitted.map(mean),
                     rms: (squares / count).sqrt() * signal.deviation,
                     worst: absolute.fold(0.0, f64::max),
                     spikes: signal.spikes,
@@ -185,12 +193,40 @@ impl Fitter<'_, '_> {
             .collect()
     }
 
-    fn outcome(&self, data: &[&Recorded<'_>], found: &Found) -> FitOutcome {
-        let (space, minimum) = (self.space, found.least());
+    fn information(&self, data: &[&Recorded<'_>], minimum: &Minimum) -> Information {
         let series = data.iter().flat_map(|it| &it.data.compared);
         let mut series: Vec<usize> = series.map(|signal| signal.times.len()).collect();
-        series.extend(std::iter::repeat_n(1, space.priors.len()));
-        let information = Information::of(&self.settings(), minimum, &series);
+        series.extend(std::iter::repeat_n(1, self.space.priors.len()));
+        Information::of(&self.settings(), minimum, &series)
+    }
+
+    /// Adds the intervals of the profile likelihood of the parameters at no bound.
+    fn profile(
+        &self,
+        data: &[&Recorded<'_>],
+        minimum: &Minimum,
+        outcome: &mut FitOutcome,
+    ) -> Result<(), Error> {
+        let information = self.information(data, minimum);
+        let (space, twin) = (self.space, self.twin);
+        let model = |point: &[f64]| residuals(space, twin, data, point);
+        for (index, parameter) in outcome.parameters.iter_mut().enumerate() {
+            if parameter.at_bound {
+                continue;
+            }
+            let bounds = self
+                .settings()
+                .profile(&model, minimum, &information, index);
+            let interval = &space.dimensions[index].interval;
+            let bounds = bounds.map_err(FitError::from)?;
+            parameter.profile = Some(bounds.map(|share| Some(interval.number_at(share?))));
+        }
+        Ok(())
+    }
+
+    fn outcome(&self, data: &[&Recorded<'_>], found: &Found) -> FitOutcome {
+        let (space, minimum) = (self.space, found.least());
+        let information = self.information(data, minimum);
         let parameters: Vec<FittedParameter> = (0..space.dimensions.len())
             .map(|index| parameter(space, minimum, &information, index))
             .collect();
@@ -233,7 +269,9 @@ impl Fitter<'_, '_> {
                 .iter()
                 .flat_map(|it| self.residuals_of(it, &minimum.point))
                 .collect(),
+            validation: Vec::new(),
             held_out: Vec::new(),
+            notes: Vec::new(),
             deviation: information.variance.sqrt(),
             correlation_time: information.correlation_time,
             samples,
@@ -282,6 +320,7 @@ fn parameter(
         toml: SweepValue::quantity(estimate, interval.unit).toml,
         range: [interval.from, interval.to],
         interval: is_known.then(|| [at(share - reach), at(share + reach)]),
+        profile: None,
         at_bound: !information.free[index],
     }
 }

@@ -5,6 +5,7 @@ use twinrig_campaign::least_squares::{LeastSquares, Loss, Minimum};
 use twinrig_campaign::search::{CmaEs, Dimension};
 
 use super::model::{Recorded, residuals};
+use super::searches::{SearchEnd, Searches};
 use super::twin::Twin;
 use crate::error::{Error, FitError};
 
@@ -32,6 +33,7 @@ pub struct FitProgress {
 
 /// What all fits have in common.
 pub(super) struct Fitter<'a, 'o> {
+    pub(super) searches: Searches,
     pub(super) build: String,
     pub(super) space: &'a FitSpace,
     pub(super) twin: &'a Twin<'a>,
@@ -85,8 +87,37 @@ impl Fitter<'_, '_> {
         Ok(found)
     }
 
-    /// Returns the minimum that a search from a seed leads to, and the evaluations of the search.
+    /// Returns the minimum that a search from a seed leads to, and the evaluations of the search:
+    /// of one that is done, its end alone is evaluated.
     fn minimum(&mut self, data: &[&Recorded<'_>], seed: u64) -> Result<(Minimum, u64), Error> {
+        let key = self.searches.key(data, seed);
+        if let Some(end) = self.searches.take(&key) {
+            let settings = LeastSquares {
+                iterations: 0,
+                ..self.settings()
+            };
+            let (space, twin) = (self.space, self.twin);
+            let model = |point: &[f64]| residuals(space, twin, data, point);
+            let minimum = settings.minimise(&model, &end.point, &mut |_| true);
+            let minimum = Minimum {
+                iterations: end.steps,
+                converged: end.converged,
+                ..minimum.map_err(FitError::from)?
+            };
+            return Ok((minimum, end.evaluations));
+        }
+        let (minimum, evaluations) = self.search(data, seed)?;
+        let end = SearchEnd {
+            point: minimum.point.clone(),
+            steps: minimum.iterations,
+            converged: minimum.converged,
+            evaluations,
+        };
+        self.searches.append(key, end)?;
+        Ok((minimum, evaluations))
+    }
+
+    fn search(&mut self, data: &[&Recorded<'_>], seed: u64) -> Result<(Minimum, u64), Error> {
         let settings = self.settings();
         let (space, twin) = (self.space, self.twin);
         let model = |point: &[f64]| residuals(space, twin, data, point);

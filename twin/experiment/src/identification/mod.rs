@@ -8,6 +8,7 @@ mod figures;
 mod minima;
 mod model;
 mod outcome;
+mod searches;
 mod twin;
 mod view;
 

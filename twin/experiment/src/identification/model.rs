@@ -1,12 +1,14 @@
 //! The residuals of a twin at a point of the search space.
 
+use std::path::PathBuf;
+
 use twinrig_campaign::identification::FitSpace;
 use twinrig_rig::assembly::Assembly;
 use twinrig_runtime::{Plant, interrupt};
 
 use super::data::FitData;
 use super::twin::Twin;
-use crate::error::Error;
+use crate::error::{Error, FitError};
 
 /// Residual of a sample without a result of the twin, in standard deviations.
 const NO_RESULT: f64 = 1e6;
@@ -22,6 +24,33 @@ impl Recorded<'_> {
     pub(super) fn samples(&self) -> usize {
         self.data.samples()
     }
+}
+
+/// Reads recordings, and reports errors of settings and ranges.
+pub(super) fn read<'r>(
+    space: &FitSpace,
+    twin: &Twin<'r>,
+    files: &[PathBuf],
+) -> Result<Vec<Recorded<'r>>, Error> {
+    let middle = vec![0.5; space.dimensions.len()];
+    let inputs = Twin::inputs(&*plant_at(space, twin, &twin.of_recording(&[])?, &middle)?);
+    let mut recorded: Vec<Recorded<'_>> = Vec::new();
+    for path in files {
+        let data = FitData::read(path, space, &inputs)?;
+        if recorded.iter().any(|other| other.data.hash == data.hash) {
+            return Err(FitError::Twice(data.file).into());
+        }
+        let assembly = twin.of_recording(&data.settings)?;
+        for (index, end) in (0..middle.len()).flat_map(|index| [(index, 0.0), (index, 1.0)]) {
+            let mut point = middle.clone();
+            point[index] = end;
+            plant_at(space, twin, &assembly, &point)?;
+        }
+        let mut plant = plant_at(space, twin, &assembly, &middle)?;
+        twin.play(&data, &mut *plant)?;
+        recorded.push(Recorded { data, assembly });
+    }
+    Ok(recorded)
 }
 
 /// Builds the plant of a recording at shares of the ranges.
@@ -49,7 +78,8 @@ pub(super) fn residuals(
         if interrupt::is_requested() {
             return None;
         }
-        all.extend(of_recording(space, twin, data, point));
+        let found = of_recording(space, twin, data, Some(point));
+        all.extend(found.unwrap_or_else(|| vec![NO_RESULT; data.samples()]));
     }
     for prior in &space.priors {
         all.push((point[prior.dimension] - prior.mean) / prior.deviation);
@@ -57,25 +87,24 @@ pub(super) fn residuals(
     Some(all)
 }
 
-/// Returns the residuals of a recording, in standard deviations.
+/// Returns the residuals of a recording, in standard deviations; none where the twin fails. Without a
+/// point the twin has the values of its files.
 pub(super) fn of_recording(
     space: &FitSpace,
     twin: &Twin<'_>,
     recorded: &Recorded<'_>,
-    point: &[f64],
-) -> Vec<f64> {
-    let data = &recorded.data;
-    let played = plant_at(space, twin, &recorded.assembly, point)
-        .ok()
-        .and_then(|mut plant| twin.play(data, &mut *plant).ok().flatten());
-    let Some(played) = played else {
-        return vec![NO_RESULT; data.samples()];
+    point: Option<&[f64]>,
+) -> Option<Vec<f64>> {
+    let Recorded { data, assembly } = recorded;
+    let plant = match point {
+        Some(point) => plant_at(space, twin, assembly, point),
+        None => twin.plant(assembly, &[]),
     };
+    let played = twin.play(data, &mut *plant.ok()?).ok()??;
     let signals = played.iter().zip(&data.compared);
-    signals
-        .flat_map(|(values, signal)| {
-            let pairs = values.iter().zip(&signal.values);
-            pairs.map(|(value, recorded)| (value - recorded) / signal.deviation)
-        })
-        .collect()
+    let scaled = signals.flat_map(|(values, signal)| {
+        let pairs = values.iter().zip(&signal.values);
+        pairs.map(|(value, recorded)| (value - recorded) / signal.deviation)
+    });
+    Some(scaled.collect())
 }

@@ -21,6 +21,8 @@ pub struct FitOutcome {
     pub unknown: Vec<UnknownDirection>,
     /// Residuals of each recording.
     pub recordings: Vec<RecordingResidual>,
+    /// Residuals of recordings that were not fitted, but predicted.
+    pub validation: Vec<RecordingResidual>,
     /// Residuals of recordings that were left out in turn; empty without cross-validation.
     pub held_out: Vec<HeldOut>,
     /// Standard deviation of a residual over the assumed one.
@@ -40,6 +42,9 @@ pub struct FitOutcome {
     pub searched: u64,
     /// Mean cost of a residual at the minimum of each search, the least first.
     pub minima: Vec<f64>,
+    /// Notes of the store of searches.
+    #[serde(skip)]
+    pub notes: Vec<String>,
 }
 
 /// A fitted parameter, in SI units.
@@ -58,6 +63,10 @@ pub struct FittedParameter {
     /// Interval with a confidence of 95 %; none where the data do not tell the parameter, or where
     /// it is at a bound.
     pub interval: Option<[f64; 2]>,
+    /// Bounds of the interval of 95 % by the profile likelihood, each none beyond the range; only
+    /// if it was asked for, and not at a bound.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile: Option<[Option<f64>; 2]>,
     /// Whether it is at a bound of its range.
     pub at_bound: bool,
 }
@@ -93,6 +102,8 @@ pub struct RecordingResidual {
     pub samples: usize,
     /// Mean absolute residual.
     pub mean_absolute: f64,
+    /// The same with the values of the files; none where the twin fails with them.
+    pub unfitted: Option<f64>,
     /// Root mean square of the residuals.
     pub rms: f64,
     /// Greatest residual.

@@ -1,6 +1,6 @@
 //! The twin that plays the commands of recordings.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use twinrig_campaign::identification::FitSpace;
 use twinrig_document::Document;
@@ -13,6 +13,7 @@ use twinrig_scenario::Setting;
 
 use super::data::FitData;
 use crate::error::{Error, FitError};
+use crate::runs::scene::RunScene;
 
 /// Table of the values of the file of robot or bench that a scenario replaces.
 const OVERRIDE: &str = "override";
@@ -22,10 +23,12 @@ pub(super) struct Twin<'r> {
     registry: &'r Registry,
     file: String,
     text: String,
-    folder: PathBuf,
+    path: PathBuf,
     settings: Vec<Setting>,
     /// Outputs that are compared.
     outputs: Vec<String>,
+    /// Their components.
+    components: Vec<Option<usize>>,
     origin: String,
 }
 
@@ -48,15 +51,29 @@ impl<'r> Twin<'r> {
             registry,
             file: document.file().to_owned(),
             text: document.text().to_owned(),
-            folder: path.parent().map(PathBuf::from).unwrap_or_default(),
+            path,
             settings: own.chain(settings.iter().cloned()).collect(),
             outputs: space
                 .residuals
                 .iter()
                 .map(|it| it.twin.value.clone())
                 .collect(),
+            components: space.residuals.iter().map(|it| it.component).collect(),
             origin: space.file.clone(),
         })
+    }
+
+    /// Returns everything that its runs depend on, but the values of a point.
+    ///
+    /// # Errors
+    /// Errors of the scenario.
+    pub(super) fn contents(&self) -> Result<Vec<u8>, Error> {
+        let (scene, _) = RunScene::read(self.registry, &self.path, &self.settings, None)?;
+        Ok(scene.contents())
+    }
+
+    fn folder(&self) -> &Path {
+        self.path.parent().unwrap_or(Path::new(""))
     }
 
     /// Returns the scenario file.
@@ -80,7 +97,7 @@ impl<'r> Twin<'r> {
         // The search space and the user know better than a log.
         let settings: Vec<Setting> = stated.chain(self.settings.iter().cloned()).collect();
         let builder = Assembly::builder(self.registry).settings(&settings);
-        Ok(builder.text(&self.file, &self.text, &self.folder)?)
+        Ok(builder.text(&self.file, &self.text, self.folder())?)
     }
 
     /// Builds the plant of a recording at a point: keys and values in TOML.
@@ -110,7 +127,7 @@ impl<'r> Twin<'r> {
         // Keys of the scenario itself: all of it is read again.
         let settings = [assembly.scenario().settings.as_slice(), &others].concat();
         let builder = Assembly::builder(self.registry).settings(&settings);
-        let assembly = builder.text(&self.file, &self.text, &self.folder)?;
+        let assembly = builder.text(&self.file, &self.text, self.folder())?;
         Ok(assembly.overridden_plant(&overrides.overrides(), &self.outputs)?)
     }
 
@@ -133,6 +150,7 @@ impl<'r> Twin<'r> {
     ) -> Result<Option<Vec<Vec<f64>>>, FitError> {
         let names = data.commands.iter().map(|(name, _)| name.as_str());
         let outputs = self.outputs.iter().map(String::as_str);
+        let outputs = outputs.zip(self.components.iter().copied());
         let playback = Playback::new(plant, names, outputs)?;
         start(data, plant)?;
         let commands: Vec<&TimedValues> = data.commands.iter().map(|(_, it)| it).collect();

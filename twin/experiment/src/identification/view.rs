@@ -25,10 +25,7 @@ impl FitOutcome {
             styled(DIM, &details)
         );
         let mut tables = vec![parameters(self), residuals("recording", &self.recordings)];
-        let held_out = self.held_out_residuals();
-        if !held_out.is_empty() {
-            tables.push(residuals("left out", &held_out));
-        }
+        tables.extend(self.predictions().map(|(_, table)| table));
         for table in tables {
             for line in table.grid().lines(2) {
                 // Writing to a string cannot fail.
@@ -114,11 +111,18 @@ impl FitOutcome {
         distinct(self.recordings.iter().map(|it| it.signal.as_str()))
     }
 
-    fn held_out_residuals(&self) -> Vec<RecordingResidual> {
+    /// Returns the tables of recordings that were predicted, with their headings.
+    fn predictions(&self) -> impl Iterator<Item = (&'static str, Table)> {
         let held_out = self.held_out.iter();
-        held_out
+        let held_out: Vec<RecordingResidual> = held_out
             .flat_map(|it| it.residuals.iter().cloned())
-            .collect()
+            .collect();
+        let tables = [
+            ("Recordings predicted", "predicted", self.validation.clone()),
+            ("Recordings left out in turn", "left out", held_out),
+        ];
+        let tables = tables.into_iter().filter(|(.., all)| !all.is_empty());
+        tables.map(|(heading, name, all)| (heading, residuals(name, &all)))
     }
 }
 
@@ -151,6 +155,16 @@ impl FittedParameter {
         print_quantity(digits, unit.copied().unwrap_or(Unit::One))
     }
 
+    fn profile_text(&self, bounds: [Option<f64>; 2]) -> String {
+        let [low, high] = bounds.map(|bound| bound.map(|bound| self.quantity(bound)));
+        match (low, high) {
+            (Some(low), Some(high)) => format!("{low} … {high}"),
+            (Some(low), None) => format!("≥ {low}"),
+            (None, Some(high)) => format!("≤ {high}"),
+            (None, None) => "all of the range".to_owned(),
+        }
+    }
+
     fn interval_text(&self) -> String {
         match self.interval {
             _ if self.at_bound => "at the bound of its range".to_owned(),
@@ -163,13 +177,19 @@ impl FittedParameter {
 }
 
 fn parameters(outcome: &FitOutcome) -> Table {
-    let mut table = Table::new([
-        Column::label("parameter"),
-        Column::number("estimate"),
-        Column::text("interval"),
-        Column::number("from"),
-        Column::number("to"),
-    ]);
+    let has_profiles = outcome.parameters.iter().any(|it| it.profile.is_some());
+    let mut table = Table::new(
+        [
+            Some(Column::label("parameter")),
+            Some(Column::number("estimate")),
+            Some(Column::text("interval")),
+            has_profiles.then(|| Column::text("profile likelihood")),
+            Some(Column::number("from")),
+            Some(Column::number("to")),
+        ]
+        .into_iter()
+        .flatten(),
+    );
     for it in &outcome.parameters {
         let faint = |number| Cell::from(it.quantity(number)).with_tone(Tone::Faint);
         let tone = if it.interval.is_some() {
@@ -177,13 +197,16 @@ fn parameters(outcome: &FitOutcome) -> Table {
         } else {
             Tone::Doubtful
         };
-        table.row([
-            it.key.strip_prefix(OVERRIDE).unwrap_or(&it.key).into(),
-            it.quantity(it.estimate).into(),
-            Cell::from(it.interval_text()).with_tone(tone),
-            faint(it.range[0]),
-            faint(it.range[1]),
-        ]);
+        let profile = it.profile.map(|bounds| it.profile_text(bounds));
+        let cells = [
+            Some(it.key.strip_prefix(OVERRIDE).unwrap_or(&it.key).into()),
+            Some(it.quantity(it.estimate).into()),
+            Some(Cell::from(it.interval_text()).with_tone(tone)),
+            has_profiles.then(|| profile.into()),
+            Some(faint(it.range[0])),
+            Some(faint(it.range[1])),
+        ];
+        table.row(cells.into_iter().flatten());
     }
     table
 }
@@ -193,6 +216,7 @@ fn residuals(name: &str, recordings: &[RecordingResidual]) -> Table {
         Column::label(name),
         Column::text("signal"),
         Column::number("mean absolute"),
+        Column::number("not fitted"),
         Column::number("rms"),
         Column::number("greatest"),
     ]);
@@ -202,6 +226,7 @@ fn residuals(name: &str, recordings: &[RecordingResidual]) -> Table {
             it.recording.as_str().into(),
             it.signal.as_str().into(),
             number(it.mean_absolute),
+            it.unfitted.map(|error| precise(error, &it.unit)).into(),
             number(it.rms),
             number(it.worst),
         ]);
@@ -215,6 +240,7 @@ fn residuals(name: &str, recordings: &[RecordingResidual]) -> Table {
             "mean".into(),
             signal.into(),
             mean.into(),
+            Cell::empty(),
             Cell::empty(),
             Cell::empty(),
         ]);
@@ -261,10 +287,9 @@ pub fn fit_page(outcome: &FitOutcome) -> Page {
     blocks.extend(outcome.sentences().into_iter().map(Block::Text));
     blocks.push(Block::heading("Residuals"));
     blocks.push(Block::Table(residuals("recording", &outcome.recordings)));
-    let held_out = outcome.held_out_residuals();
-    if !held_out.is_empty() {
-        blocks.push(Block::heading("Recordings left out in turn"));
-        blocks.push(Block::Table(residuals("left out", &held_out)));
+    for (heading, table) in outcome.predictions() {
+        blocks.push(Block::heading(heading));
+        blocks.push(Block::Table(table));
     }
     blocks.push(Block::heading("Recordings with the greatest residuals"));
     blocks.push(Block::Figures(figures(outcome)));

@@ -124,6 +124,9 @@ fn fitted(folder: &Path, space: &Path, trial: usize) -> FitOutcome {
         recordings: vec![recording],
         space: space.to_owned(),
         settings: Vec::new(),
+        validate: Vec::new(),
+        profile: false,
+        store: None,
         cross_validate: false,
         threads: std::thread::available_parallelism().map_or(1, usize::from),
     };

@@ -3,7 +3,6 @@
 use twinrig_document::{Item, Placed, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
-use super::element::ELEMENT;
 use super::one_of::one_of;
 use super::signal::LIMITS;
 use crate::compare::{CompareClaim, CompareMeasure, Operand};
@@ -23,12 +22,12 @@ table! {
         TableSpec::new("compare", "claim about a signal compared with another");
     SIGNAL: Placed<String> = "signal", Type::PLACED, "name of the signal",
         r#"signal = "leg/LF/hip/position""#, required(), qualifier();
-    COMPONENT: usize = "component", ELEMENT, "element of the signal, counted from 0",
+    COMPONENT: usize = "component", Type::ELEMENT, "element of the signal, counted from 0",
         r#"signal = "body/rpy", component = 1, with = "body/rpy", with_component = 0, error = { max = "3 deg" }"#,
         otherwise("its only one"), qualifier();
     WITH: Placed<String> = "with", Type::PLACED, "name of the signal that it is compared with",
         r#"with = "leg/LF/hip/command""#, required(), qualifier();
-    WITH_COMPONENT: usize = "with_component", ELEMENT, "element of that signal",
+    WITH_COMPONENT: usize = "with_component", Type::ELEMENT, "element of that signal",
         r#"signal = "body/rpy", component = "x", with = "body/rpy", with_component = "y", gain = { max = 1 }"#,
         otherwise("its only one"), qualifier();
     DELAY_RANGE: SimDuration = "delay_range", Type::POSITIVE_DURATION, "greatest delay, either way",

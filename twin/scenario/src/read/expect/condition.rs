@@ -2,7 +2,6 @@
 
 use twinrig_document::{Item, Placed, Reported};
 
-use super::element::ELEMENT;
 use crate::language::{Key, Shape, TableSpec, Type, table};
 use crate::read::limits::{either_centre_or_ends, limits_table, read_keys, unit_of};
 use crate::sequence::Condition;
@@ -14,7 +13,7 @@ table! {
         .refined(either_centre_or_ends);
     NAME: Placed<String> = "name", Type::PLACED, "name", r#"name = "energy/kinetic", max = "1 mJ""#,
         required();
-    COMPONENT: usize = "component", ELEMENT, "element of the signal, counted from 0",
+    COMPONENT: usize = "component", Type::ELEMENT, "element of the signal, counted from 0",
         r#"name = "body/rpy", component = 2, max = "3 deg""#, default("0");
     ABSOLUTE: bool = "absolute", Type::BOOLEAN, "whether the magnitude is compared",
         r#"name = "body/rpy", absolute = true, max = "3 deg""#, default("false");

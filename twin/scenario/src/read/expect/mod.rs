@@ -6,7 +6,6 @@ mod body;
 mod compare;
 mod condition;
 mod context;
-mod element;
 mod footstep;
 mod gait;
 mod one_of;

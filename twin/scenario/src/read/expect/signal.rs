@@ -5,7 +5,6 @@ use twinrig_kernel::SimDuration;
 
 use super::condition::CONDITION;
 use super::context::Context;
-use super::element::ELEMENT;
 use super::one_of::one_of;
 use super::recovery::{self, signal_recovers_table};
 use super::settles::{settles, settles_table};
@@ -21,7 +20,7 @@ table! {
     NAME: Placed<String> = "name", Type::PLACED,
         "name, or pattern of names with the wildcards `*` and `**`", r#"name = "leg/*/hip/rate""#,
         required(), qualifier();
-    COMPONENT: usize = "component", ELEMENT, "element of the signal, counted from 0",
+    COMPONENT: usize = "component", Type::ELEMENT, "element of the signal, counted from 0",
         r#"name = "body/position", component = "z", always = { min = "5 cm" }"#, otherwise("all"),
         qualifier();
     WITHIN: SimDuration = "within", Type::POSITIVE_DURATION, "time from the start of the window",
