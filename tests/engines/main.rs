@@ -3,6 +3,8 @@
 #![cfg(any(feature = "mujoco", feature = "rapier"))]
 
 mod branches;
+#[cfg(feature = "mujoco")]
+mod identification;
 mod pushes;
 mod steps;
 

@@ -117,6 +117,107 @@ fn bench_of_the_xl330_follows_the_logs() {
     }
 }
 
+/// Passages through the lowest point \[s\] and turning points \[rad\] after the torque is off, of the
+/// recorded (1) or the computed (2) angle. Swings of less than 50 mrad are left out.
+fn swings(curve: &[[f64; 3]], column: usize) -> (Vec<f64>, Vec<f64>) {
+    let free: Vec<[f64; 2]> = curve
+        .iter()
+        .map(|point| [point[0], point[column]])
+        .filter(|point| point[0] > 2.05)
+        .collect();
+    let (mut passages, mut turns) = (Vec::new(), Vec::new());
+    for pair in free.windows(2) {
+        let [[t, one], [later, other]] = [pair[0], pair[1]];
+        if one * other < 0.0 {
+            passages.push(t + (later - t) * one / (one - other));
+        }
+    }
+    for pair in passages.windows(2) {
+        let within = free.iter().filter(|it| pair[0] < it[0] && it[0] < pair[1]);
+        let furthest = within.fold(0.0_f64, |most, it| most.max(it[1].abs()));
+        if furthest > 0.05 {
+            turns.push(furthest);
+        }
+    }
+    passages.truncate(turns.len() + 1);
+    (passages, turns)
+}
+
+/// The goal of 10 ms and 10 % is met by the STS3250 alone: slow last swings are predicted worst. The
+/// bounds are those of the parameters when they were fitted.
+#[test]
+fn free_swings_of_the_benches_pass_the_lowest_point_as_the_logs_do() {
+    let folder = Folder::new("swings");
+    let xl330 = (
+        "",
+        "servo-bench-xl330.toml",
+        "xl330",
+        "lift_and_drop",
+        XL330,
+    );
+    let sts3215 = (
+        "sts3215",
+        "servo-bench-sts.toml",
+        "",
+        "-kp16-lift_and_drop-1",
+        STS3215,
+    );
+    let sts3250 = ("", "servo-bench-sts.toml", "sts3250-kp32-lift", "", STS3250);
+    for ((of, mapping, bench, log, space), logs, passage_s, turn) in [
+        (xl330, 3, 8e-3, 0.14),
+        (sts3215, 4, 30e-3, 0.08),
+        (sts3250, 1, 3e-3, 0.01),
+    ] {
+        let selected = format!("{bench}{log}");
+        let recordings = recordings(
+            &folder,
+            of,
+            mapping,
+            if bench == "xl330" { log } else { &selected },
+        );
+        let recordings: Vec<PathBuf> = recordings
+            .into_iter()
+            .filter(|it| it.to_string_lossy().contains(bench))
+            .collect();
+        if recordings.is_empty() {
+            return;
+        }
+        assert_eq!(recordings.len(), logs);
+        let found = outcome(
+            &folder,
+            &recordings,
+            &format!("{NO_STEP}\n{space}"),
+            &[],
+            false,
+        );
+        for it in &found.recordings {
+            let [recorded, twin] = [1, 2].map(|column| swings(&it.curve, column));
+            println!("{}\n  {recorded:.3?}\n  {twin:.3?}", it.recording);
+            let passages = recorded.0.iter().zip(&twin.0);
+            let turns = recorded.1.iter().zip(&twin.1);
+            let late = passages.map(|(one, other)| (one - other).abs());
+            let far = turns.map(|(one, other)| (other / one - 1.0).abs());
+            let (late, far): (Vec<f64>, Vec<f64>) = (late.collect(), far.collect());
+            assert!(late[0] < passage_s, "{} {late:?}", it.recording);
+            assert!(
+                far.first().is_none_or(|far| *far < turn),
+                "{} {far:?}",
+                it.recording
+            );
+            if bench.starts_with("sts3250") {
+                assert!(
+                    late.len() == 4 && late.iter().all(|late| *late < 0.01),
+                    "{late:?}"
+                );
+                assert!(
+                    far.len() == 3 && far.iter().all(|far| *far < 0.1),
+                    "{far:?}"
+                );
+            }
+        }
+    }
+}
+
 const STS3250: &str = r#"
 set = { plant.file = "sts3250" }
 residual = [{ signal = "servo/position", twin = "servo/reading", deviation = "10 mrad" }]
