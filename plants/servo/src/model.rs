@@ -98,8 +98,7 @@ pub(crate) struct Model {
 impl Model {
     pub(crate) fn new(parameters: &ServoBenchParameters) -> Result<Self, ServoBenchError> {
         let (load, motor) = (&parameters.load, &parameters.motor);
-        let load_inertia = (load.mass + load.arm_mass / 3.0) * load.length * load.length
-            + load.mass * load.gyration * load.gyration;
+        let load_inertia = (load.mass + load.arm_mass / 3.0) * load.length * load.length;
         let moment = (load.mass + 0.5 * load.arm_mass) * load.length;
         let constant = motor.torque_constant;
         let damping = constant * constant / motor.resistance + parameters.friction.viscous;

@@ -36,8 +36,6 @@ record! {
         pub mass: f64 = quantity(Unit::Kilogram, ranges::MASS),
         /// Length of the arm \[m\].
         pub length: f64 = quantity(Unit::Meter, ranges::LENGTH),
-        /// Radius of gyration of the mass about its own centre \[m\].
-        pub gyration: f64 = zero(quantity(Unit::Meter, ranges::GYRATION)),
         /// Mass of the arm, evenly along its length \[kg\].
         pub arm_mass: f64 = zero(quantity(Unit::Kilogram, ranges::MASS)),
         /// Angle by which the zero of the encoder is before the lowest position of the arm

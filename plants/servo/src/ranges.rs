@@ -5,7 +5,6 @@ use twinrig_document::declaration::{Defaulted, Type};
 
 pub(crate) const MASS: Range = Range::between(0.0, 100.0);
 pub(crate) const LENGTH: Range = Range::positive_to(5.0);
-pub(crate) const GYRATION: Range = Range::between(0.0, 5.0);
 pub(crate) const OFFSET: Range = Range::between(-3.2, 3.2);
 pub(crate) const VOLTAGE: Range = Range::positive_to(100.0);
 pub(crate) const DIODES: Range = Range::between(0.0, 10.0);
