@@ -19,5 +19,5 @@ mod tests;
 
 pub use jacobian::Jacobian;
 pub use problem::{Failure, LeastSquares, Loss, Residuals};
-pub use solve::{Minimum, Step};
+pub use solve::{Descent, Minimum, Step};
 pub use statistics::{Direction, Information, integrated_time};

@@ -1,5 +1,6 @@
 //! Levenberg's and Marquardt's method.
 
+use rayon::ThreadPool;
 use twinrig_runtime::interrupt;
 
 use super::matrix::solve;
@@ -26,7 +27,22 @@ pub struct Step<'a> {
     pub point: &'a [f64],
 }
 
-/// Minimum of a sum of costs of residuals.
+/// End of a minimisation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Descent {
+    /// Shares of the ranges.
+    pub point: Vec<f64>,
+    /// Sum of the costs.
+    pub cost: f64,
+    /// Steps taken.
+    pub iterations: usize,
+    /// Whether a step was small enough; otherwise the steps were used up.
+    pub converged: bool,
+}
+
+/// Minimum of a sum of costs of residuals, with what is needed for its [`Information`].
+///
+/// [`Information`]: super::Information
 #[derive(Clone, Debug, PartialEq)]
 pub struct Minimum {
     /// Shares of the ranges.
@@ -37,10 +53,6 @@ pub struct Minimum {
     pub residuals: Vec<f64>,
     /// Their derivatives there, with steps chosen there.
     pub jacobian: Jacobian,
-    /// Steps taken.
-    pub iterations: usize,
-    /// Whether a step was small enough; otherwise the steps were used up.
-    pub converged: bool,
 }
 
 impl LeastSquares {
@@ -54,11 +66,40 @@ impl LeastSquares {
         model: &dyn Residuals,
         start: &[f64],
         progress: &mut dyn FnMut(Step<'_>) -> bool,
-    ) -> Result<Minimum, Failure> {
+    ) -> Result<Descent, Failure> {
         self.minimise_by(model, start, None, progress)
     }
 
-    /// Minimises the same by differences of given steps, or of steps chosen at start and end.
+    /// Returns residuals and derivatives at a point.
+    ///
+    /// # Errors
+    /// As [`Self::minimise`].
+    pub fn evaluate(&self, model: &dyn Residuals, point: &[f64]) -> Result<Minimum, Failure> {
+        let found = self.evaluated(model, point);
+        if interrupt::is_requested() {
+            return Err(Failure::Interrupted(0));
+        }
+        found
+    }
+
+    fn evaluated(&self, model: &dyn Residuals, point: &[f64]) -> Result<Minimum, Failure> {
+        let residuals = model.at(point).ok_or(Failure::Start)?;
+        Ok(Minimum {
+            point: point.to_vec(),
+            cost: self.cost(&residuals),
+            jacobian: Jacobian::chosen(model, point, self.difference, &self.pool()?)?,
+            residuals,
+        })
+    }
+
+    fn pool(&self) -> Result<ThreadPool, Failure> {
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(self.threads);
+        threads
+            .build()
+            .map_err(|error| Failure::Threads(error.to_string()))
+    }
+
+    /// Minimises the same by differences of given steps, or of steps chosen at the start.
     ///
     /// # Errors
     /// As [`Self::minimise`].
@@ -68,7 +109,7 @@ impl LeastSquares {
         start: &[f64],
         differences: Option<&[f64]>,
         progress: &mut dyn FnMut(Step<'_>) -> bool,
-    ) -> Result<Minimum, Failure> {
+    ) -> Result<Descent, Failure> {
         let mut iteration = 0;
         let found = self.steps(model, start, differences, progress, &mut iteration);
         // An interrupted model has no result.
@@ -85,18 +126,15 @@ impl LeastSquares {
         differences: Option<&[f64]>,
         progress: &mut dyn FnMut(Step<'_>) -> bool,
         iteration: &mut usize,
-    ) -> Result<Minimum, Failure> {
-        let threads = rayon::ThreadPoolBuilder::new().num_threads(self.threads);
-        let threads = threads.build();
-        let threads = &threads.map_err(|error| Failure::Threads(error.to_string()))?;
+    ) -> Result<Descent, Failure> {
+        let threads = &self.pool()?;
         let mut point: Vec<f64> = start.iter().map(|share| share.clamp(0.0, 1.0)).collect();
         let mut residuals = model.at(&point).ok_or(Failure::Start)?;
         let mut cost = self.cost(&residuals);
-        let jacobian_at = |point: &[f64]| match differences {
-            Some(steps) => Jacobian::with_steps(model, point, steps, threads),
-            None => Jacobian::chosen(model, point, self.difference, threads),
-        };
-        let mut jacobian = jacobian_at(&point)?;
+        let mut jacobian = match differences {
+            Some(steps) => Jacobian::with_steps(model, &point, steps, threads),
+            None => Jacobian::chosen(model, &point, self.difference, threads),
+        }?;
         let (mut damping, mut stalled, mut converged) = (DAMPING, 0, false);
         while *iteration < self.iterations && !converged {
             *iteration += 1;
@@ -144,15 +182,9 @@ impl LeastSquares {
                 jacobian.move_to(model, &point, threads)?;
             }
         }
-        let jacobian = match differences {
-            Some(_) => jacobian,
-            None => jacobian_at(&point)?,
-        };
-        Ok(Minimum {
+        Ok(Descent {
             point,
             cost,
-            residuals,
-            jacobian,
             iterations: *iteration,
             converged,
         })

@@ -9,12 +9,12 @@ use twinrig_document::Document;
 use twinrig_rig::registry::Registry;
 use twinrig_scenario::Setting;
 
-use super::minima::{FitProgress, Fitter, Found};
+use super::minima::{FitProgress, Fitter};
 use super::model::{Recorded, of_recording, read, residuals};
 use super::outcome::{
     Correlation, FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection,
 };
-use super::searches::Searches;
+use super::searches::{SearchEnd, Searches};
 use super::twin::Twin;
 use crate::error::{Error, FitError};
 
@@ -93,13 +93,15 @@ pub fn fit(
         },
         observer,
     };
-    let found = fitter.fit(&all)?;
-    let mut outcome = fitter.outcome(&all, &found);
+    let ends = fitter.fit(&all)?;
+    let minimum = fitter.evaluate(&all, &ends[0])?;
+    let mut outcome = fitter.outcome(&all, &ends, &minimum);
     if request.profile {
-        fitter.profile(&all, found.least(), &mut outcome)?;
+        fitter.profile(&all, &minimum, &mut outcome)?;
     }
-    let point = &found.least().point;
-    let predicted = validation.iter().map(|it| fitter.residuals_of(it, point));
+    let predicted = validation
+        .iter()
+        .map(|it| fitter.residuals_of(it, &minimum.point));
     outcome.validation = predicted.flatten().collect();
     for fold in folds {
         let (left_out, others): (Vec<_>, Vec<_>) = all
@@ -107,7 +109,7 @@ pub fn fit(
             .enumerate()
             .partition(|(index, _)| fold.contains(index));
         let others: Vec<_> = others.into_iter().map(|(_, it)| *it).collect();
-        let point = fitter.fit(&others)?.least().point.clone();
+        let point = fitter.fit(&others)?.swap_remove(0).point;
         let residuals = left_out
             .iter()
             .flat_map(|(_, it)| fitter.residuals_of(it, &point));
@@ -224,8 +226,8 @@ impl Fitter<'_, '_> {
         Ok(())
     }
 
-    fn outcome(&self, data: &[&Recorded<'_>], found: &Found) -> FitOutcome {
-        let (space, minimum) = (self.space, found.least());
+    fn outcome(&self, data: &[&Recorded<'_>], ends: &[SearchEnd], minimum: &Minimum) -> FitOutcome {
+        let space = self.space;
         let information = self.information(data, minimum);
         let parameters: Vec<FittedParameter> = (0..space.dimensions.len())
             .map(|index| parameter(space, minimum, &information, index))
@@ -276,14 +278,10 @@ impl Fitter<'_, '_> {
             correlation_time: information.correlation_time,
             samples,
             bic: independent * libm::log(information.variance) + free * libm::log(independent),
-            steps: minimum.iterations,
-            converged: minimum.converged,
-            searched: found.evaluations,
-            minima: found
-                .minima
-                .iter()
-                .map(|it| it.cost / samples as f64)
-                .collect(),
+            steps: ends[0].steps,
+            converged: ends[0].converged,
+            searched: ends.iter().map(|it| it.evaluations).sum(),
+            minima: ends.iter().map(|it| it.cost / samples as f64).collect(),
             parameters,
         }
     }

@@ -42,21 +42,6 @@ pub(super) struct Fitter<'a, 'o> {
     pub(super) observer: &'o mut dyn FnMut(FitProgress) -> bool,
 }
 
-/// The minima that searches have found.
-pub(super) struct Found {
-    /// In the order of their cost; at least one.
-    pub minima: Vec<Minimum>,
-    /// Evaluations of all searches.
-    pub evaluations: u64,
-}
-
-impl Found {
-    /// Returns the least minimum.
-    pub(super) fn least(&self) -> &Minimum {
-        &self.minima[0]
-    }
-}
-
 impl Fitter<'_, '_> {
     pub(super) fn settings(&self) -> LeastSquares {
         LeastSquares {
@@ -68,56 +53,43 @@ impl Fitter<'_, '_> {
         }
     }
 
-    /// Fits the parameters to some recordings.
-    pub(super) fn fit(&mut self, data: &[&Recorded<'_>]) -> Result<Found, Error> {
-        let mut found = Found {
-            minima: Vec::new(),
-            evaluations: 0,
-        };
+    /// Fits the parameters to some recordings: returns the ends of the searches, of which there is at
+    /// least one, in the order of their cost.
+    pub(super) fn fit(&mut self, data: &[&Recorded<'_>]) -> Result<Vec<SearchEnd>, Error> {
+        let mut ends = Vec::new();
         for search in 0..self.space.searches {
             let seed = self.space.seed.wrapping_add(search as u64);
-            let (minimum, evaluations) = self.minimum(data, seed)?;
-            found.minima.push(minimum);
-            found.evaluations += evaluations;
+            ends.push(self.end(data, seed)?);
             self.progress.fits += 1;
         }
-        found
-            .minima
-            .sort_by(|one, other| one.cost.total_cmp(&other.cost));
-        Ok(found)
+        ends.sort_by(|one, other| one.cost.total_cmp(&other.cost));
+        Ok(ends)
     }
 
-    /// Returns the minimum that a search from a seed leads to, and the evaluations of the search:
-    /// of one that is done, its end alone is evaluated.
-    fn minimum(&mut self, data: &[&Recorded<'_>], seed: u64) -> Result<(Minimum, u64), Error> {
+    /// Returns the end of a search from a seed.
+    fn end(&mut self, data: &[&Recorded<'_>], seed: u64) -> Result<SearchEnd, Error> {
         let key = self.searches.key(data, seed);
         if let Some(end) = self.searches.take(&key) {
-            let settings = LeastSquares {
-                iterations: 0,
-                ..self.settings()
-            };
-            let (space, twin) = (self.space, self.twin);
-            let model = |point: &[f64]| residuals(space, twin, data, point);
-            let minimum = settings.minimise(&model, &end.point, &mut |_| true);
-            let minimum = Minimum {
-                iterations: end.steps,
-                converged: end.converged,
-                ..minimum.map_err(FitError::from)?
-            };
-            return Ok((minimum, end.evaluations));
+            return Ok(end);
         }
-        let (minimum, evaluations) = self.search(data, seed)?;
-        let end = SearchEnd {
-            point: minimum.point.clone(),
-            steps: minimum.iterations,
-            converged: minimum.converged,
-            evaluations,
-        };
-        self.searches.append(key, end)?;
-        Ok((minimum, evaluations))
+        let end = self.search(data, seed)?;
+        self.searches.append(key, end.clone())?;
+        Ok(end)
     }
 
-    fn search(&mut self, data: &[&Recorded<'_>], seed: u64) -> Result<(Minimum, u64), Error> {
+    /// Returns residuals and derivatives at the end of a search.
+    pub(super) fn evaluate(
+        &self,
+        data: &[&Recorded<'_>],
+        end: &SearchEnd,
+    ) -> Result<Minimum, Error> {
+        let (space, twin) = (self.space, self.twin);
+        let model = |point: &[f64]| residuals(space, twin, data, point);
+        let minimum = self.settings().evaluate(&model, &end.point);
+        Ok(minimum.map_err(FitError::from)?)
+    }
+
+    fn search(&mut self, data: &[&Recorded<'_>], seed: u64) -> Result<SearchEnd, Error> {
         let settings = self.settings();
         let (space, twin) = (self.space, self.twin);
         let model = |point: &[f64]| residuals(space, twin, data, point);
@@ -153,6 +125,13 @@ impl Fitter<'_, '_> {
             progress.cost = step.cost / samples as f64;
             observer(progress)
         });
-        Ok((minimum.map_err(FitError::from)?, evaluations))
+        let found = minimum.map_err(FitError::from)?;
+        Ok(SearchEnd {
+            point: found.point,
+            cost: found.cost,
+            steps: found.iterations,
+            converged: found.converged,
+            evaluations,
+        })
     }
 }

@@ -15,6 +15,8 @@ use crate::error::Error;
 pub(super) struct SearchEnd {
     /// Shares of the ranges.
     pub point: Vec<f64>,
+    /// Sum of the costs.
+    pub cost: f64,
     /// Steps of least squares.
     pub steps: usize,
     /// Whether the last one was small enough.
