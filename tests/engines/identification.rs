@@ -129,7 +129,7 @@ fn error(residuals: &[RecordingResidual], gait: usize, of: fn(&RecordingResidual
 fn space(folder: &Path, name: &str, replaced: &[(&str, &str)]) -> PathBuf {
     let path = folder.join(name);
     let mut text = fs::read_to_string(scenarios().join("fits/trot.toml")).unwrap();
-    let scenario = scenarios().join("trot.toml");
+    let scenario = scenarios().join("trot.toml").display().to_string();
     text = text.replace("\"../trot.toml\"", &format!("{scenario:?}"));
     for (key, other) in replaced {
         assert!(text.contains(key), "{key}");

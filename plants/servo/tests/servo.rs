@@ -87,7 +87,7 @@ fn elliptic(k: f64) -> f64 {
     core::f64::consts::FRAC_PI_2 / a
 }
 
-/// A mass at the end of a rod: J = J_m + (m + m_a/3) l², and a moment of gravity (m + m_a/2) g l.
+/// A mass at the end of a rod: inertia `J_m + (m + m_a/3) l²`, moment of gravity `(m + m_a/2) g l`.
 #[test]
 fn free_swing_without_friction_has_the_period_of_the_pendulum() {
     let mut servo = ideal();
@@ -105,7 +105,7 @@ fn free_swing_without_friction_has_the_period_of_the_pendulum() {
             servo.controller.period = seconds;
             let outputs = ["servo/angle", "servo/rate"];
             let end = Run::new(&servo, &outputs, [amplitude, 0.0]).at(3.0 * period, OFF);
-            (end[0] - amplitude).hypot(end[1] / natural)
+            libm::hypot(end[0] - amplitude, end[1] / natural)
         };
         let [coarse, fine] = [error(1e-3), error(0.5e-3)];
         assert!(coarse < 5e-4 * amplitude, "{amplitude}: {coarse}");

@@ -79,17 +79,14 @@ impl Profile<'_> {
             } else {
                 (below, others) = ([distance, excess], least);
             }
-            distance = match above {
-                Some([far, high]) => {
-                    let [near, low] = below;
-                    // Not nearer to an end than a tenth of the bracket.
-                    let share = ((allowed - low) / (high - low)).clamp(0.1, 0.9);
-                    near + share * (far - near)
-                }
-                None => {
-                    let factor = (allowed / excess.max(0.25 * allowed)).clamp(1.1, 4.0);
-                    (distance * factor).min(reach)
-                }
+            distance = if let Some([far, high]) = above {
+                let [near, low] = below;
+                // Not nearer to an end than a tenth of the bracket.
+                let share = ((allowed - low) / (high - low)).clamp(0.1, 0.9);
+                near + share * (far - near)
+            } else {
+                let factor = (allowed / excess.max(0.25 * allowed)).clamp(1.1, 4.0);
+                (distance * factor).min(reach)
             };
         }
         Ok(above.map(|_| centre + side * distance))

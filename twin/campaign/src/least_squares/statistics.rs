@@ -6,7 +6,8 @@ use crate::search::{Eigen, Matrix};
 /// What the data tell about the parameters at a minimum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Information {
-    /// Variance of a residual, in squares of its assumed standard deviation.
+    /// Variance of a residual, in squares of its assumed standard deviation, and at least 10⁻⁴:
+    /// smaller ones are numerical errors of the model, which tell nothing about parameters.
     pub variance: f64,
     /// Factor by which residuals that depend on their neighbours tell less than independent ones:
     /// the integrated autocorrelation time in samples.
@@ -33,6 +34,9 @@ pub struct Direction {
 /// it: a normal distribution of it is no narrower than the range itself.
 const UNKNOWN: f64 = 0.3;
 
+/// Least variance of a residual, in squares of its assumed standard deviation.
+const VARIANCE_LEAST: f64 = 1e-4;
+
 impl Information {
     /// Computes it. `series` are the lengths of the series of samples that the residuals consist
     /// of, in order; autocorrelation is within each.
@@ -46,7 +50,7 @@ impl Information {
         let (matrix, _) = settings.normal(&minimum.jacobian, &minimum.residuals);
         let used = free.iter().filter(|free| **free).count();
         let degrees = minimum.residuals.len().saturating_sub(used).max(1) as f64;
-        let variance = 2.0 * minimum.cost / degrees;
+        let variance = (2.0 * minimum.cost / degrees).max(VARIANCE_LEAST);
         let correlation_time = integrated_time(&minimum.residuals, series);
         let spread = variance * correlation_time;
 

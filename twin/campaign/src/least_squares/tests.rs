@@ -90,6 +90,19 @@ fn product_of_two_parameters_is_a_direction_that_the_data_cannot_tell() {
     assert!(information.deviation(2) < 0.1);
 }
 
+/// Residuals of 10⁻⁷ standard deviations, as rounding and tolerances of a model make them.
+#[test]
+fn parameter_that_changes_residuals_by_rounding_alone_is_not_known() {
+    let model = |point: &[f64]| {
+        let rough = |i: u32| 1e-8 * libm::sin(1e3 * point[0] + f64::from(i));
+        let residuals = (0..50).map(|i| 1e-7 * (point[0] - 0.9) + rough(i));
+        Some(residuals.collect())
+    };
+    let found = SETTINGS.evaluate(&model, &[0.6]).unwrap();
+    let information = Information::of(&SETTINGS, &found, &[50]);
+    assert_eq!(information.deviation(0), f64::INFINITY);
+}
+
 #[test]
 fn parameter_at_a_bound_is_held_there() {
     let model = |point: &[f64]| Some(vec![point[0] + 0.5, point[1] - 0.3, point[0] + point[1]]);

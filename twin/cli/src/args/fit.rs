@@ -24,7 +24,7 @@ pub struct FitArgs {
     /// Leave each recording out in turn, and predict it with the parameters of the others
     #[arg(long)]
     pub cross_validate: bool,
-    /// Intervals of the profile likelihood, too: the other parameters are fitted again for each bound
+    /// Intervals of the profile likelihood, too: all others are fitted again for each bound
     #[arg(long)]
     pub profile: bool,
     /// Threads, without influence on the result [default: number of processors]

@@ -53,8 +53,8 @@ impl Fitter<'_, '_> {
         }
     }
 
-    /// Fits the parameters to some recordings: returns the ends of the searches, of which there is at
-    /// least one, in the order of their cost.
+    /// Fits the parameters to some recordings: returns the ends of the searches, of which there is
+    /// at least one, in the order of their cost.
     pub(super) fn fit(&mut self, data: &[&Recorded<'_>]) -> Result<Vec<SearchEnd>, Error> {
         let mut ends = Vec::new();
         for search in 0..self.space.searches {

@@ -87,8 +87,8 @@ pub(super) fn residuals(
     Some(all)
 }
 
-/// Returns the residuals of a recording, in standard deviations; none where the twin fails. Without a
-/// point the twin has the values of its files.
+/// Returns the residuals of a recording, in standard deviations; none where the twin fails. Without
+/// a point the twin has the values of its files.
 pub(super) fn of_recording(
     space: &FitSpace,
     twin: &Twin<'_>,

@@ -120,8 +120,8 @@ fn bench_of_the_xl330_follows_the_logs() {
     }
 }
 
-/// Passages through the lowest point \[s\] and turning points \[rad\] after the torque is off, of the
-/// recorded (1) or the computed (2) angle. Swings of less than 50 mrad are left out.
+/// Passages through the lowest point \[s\] and turning points \[rad\] after the torque is off, of
+/// the recorded (1) or the computed (2) angle. Swings of less than 50 mrad are left out.
 fn swings(curve: &[[f64; 3]], column: usize) -> (Vec<f64>, Vec<f64>) {
     let free: Vec<[f64; 2]> = curve
         .iter()
@@ -146,8 +146,8 @@ fn swings(curve: &[[f64; 3]], column: usize) -> (Vec<f64>, Vec<f64>) {
     (passages, turns)
 }
 
-/// The goal of 10 ms and 10 % is met by the STS3250 alone: slow last swings are predicted worst. The
-/// bounds are those of the parameters when they were fitted.
+/// The goal of 10 ms and 10 % is met by the STS3250 alone: slow last swings are predicted worst.
+/// The bounds are those of the parameters when they were fitted.
 #[test]
 fn free_swings_of_the_benches_pass_the_lowest_point_as_the_logs_do() {
     let folder = Folder::new("swings");
