@@ -30,8 +30,7 @@ const GAITS: [[&str; 2]; 3] = [
     ["4.2 Hz", "135.5 mm"],
 ];
 
-/// Some 1.5 strides: then two plants with equal parameters differ by a quarter of what parameters
-/// do.
+/// Some 1.5 to 2 strides. Over longer times the engines differ by as much as the parameters make.
 const HORIZON: &str = "0.5 s";
 
 /// A folder that is deleted at the end.
@@ -206,5 +205,5 @@ fn fits_to_one_gait_of_another_engine_predict_others() {
         println!("{number}: {gaits:.2?}");
         reduced += usize::from(gaits.iter().all(|[before, after, _]| *before > 5.0 * after));
     }
-    assert!(reduced >= 10, "{reduced} of 20");
+    assert!(reduced >= 13, "{reduced} of 20");
 }

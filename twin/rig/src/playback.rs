@@ -140,7 +140,7 @@ fn place(
                 Some(component) if component < port.size => return Ok(start + component),
                 Some(_) => "name one of them, counted from 0",
                 None if port.size == 1 => return Ok(start),
-                None => "name one of them by `component`",
+                None => "commands have one, a residual names one by `component`",
             };
             return Err(PlaybackError::Component {
                 name: name.to_owned(),

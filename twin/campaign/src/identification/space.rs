@@ -192,6 +192,29 @@ impl FitSpace {
         document.check(|table| space(document, table))
     }
 
+    /// Returns everything that the result of a search depends on, besides scenario, recordings and
+    /// seed; not names, places in the file, and the number of searches.
+    pub fn identity(&self) -> String {
+        let dimensions: Vec<_> = self
+            .dimensions
+            .iter()
+            .map(|it| (&it.key.value, &it.interval))
+            .collect();
+        let residuals: Vec<_> = self
+            .residuals
+            .iter()
+            .map(|it| {
+                let spike = it.spike.as_ref().map(|spike| &spike.value);
+                (it.name(), &it.twin.value, &it.deviation.value, spike)
+            })
+            .collect();
+        let method = (self.huber, self.generations, self.particles, self.steps);
+        format!(
+            "{dimensions:?} {residuals:?} {:?} {:?} {method:?}",
+            self.priors, self.start
+        )
+    }
+
     /// Leaves the dimensions of some keys out, with their priors.
     pub fn hold(&mut self, keys: &[&str]) {
         let is_held = |dimension: &SpaceDimension| keys.contains(&dimension.key.value.as_str());
@@ -343,4 +366,46 @@ fn residual(item: &Item<'_>) -> Result<ResidualSpec, Reported> {
         deviation: deviation?,
         spike: spike?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn held_dimensions_are_left_out_with_their_priors() {
+        let dimension = |key: &str| {
+            format!("[[dimension]]\nkey = \"override.{key}\"\nfrom = \"1 ohm\"\nto = \"3 ohm\"\n")
+        };
+        let prior = |key: &str, mean: &str| {
+            format!(
+                "[[prior]]\nkey = \"override.{key}\"\nmean = \"{mean} ohm\"\n\
+                 deviation = \"1 ohm\"\n"
+            )
+        };
+        let text = [
+            "scenario = \"servo.toml\"\n[[residual]]\nsignal = \"x\"\ndeviation = \"1\"\n"
+                .to_owned(),
+            dimension("a"),
+            dimension("b"),
+            dimension("c"),
+            prior("b", "1"),
+            prior("c", "2"),
+        ];
+        let document = Document::parse("space.toml", &text.concat()).unwrap();
+        let mut space = FitSpace::read(&document).unwrap();
+        let whole = space.identity();
+        space.hold(&["override.b", "another.key"]);
+        let keys: Vec<&str> = space
+            .dimensions
+            .iter()
+            .map(|it| it.key.value.as_str())
+            .collect();
+        assert_eq!(keys, ["override.a", "override.c"]);
+        let [prior] = &space.priors[..] else {
+            panic!("{:?}", space.priors);
+        };
+        assert_eq!((prior.dimension, prior.mean), (1, 0.5));
+        assert_ne!(space.identity(), whole);
+    }
 }

@@ -19,5 +19,6 @@ mod tests;
 
 pub use jacobian::Jacobian;
 pub use problem::{Failure, LeastSquares, Loss, Residuals};
+pub use profile::ProfileInterval;
 pub use solve::{Descent, Minimum, Step};
 pub use statistics::{Direction, Information, integrated_time};

@@ -131,6 +131,14 @@ impl LeastSquares {
         let mut point: Vec<f64> = start.iter().map(|share| share.clamp(0.0, 1.0)).collect();
         let mut residuals = model.at(&point).ok_or(Failure::Start)?;
         let mut cost = self.cost(&residuals);
+        if self.iterations == 0 {
+            return Ok(Descent {
+                point,
+                cost,
+                iterations: 0,
+                converged: false,
+            });
+        }
         let mut jacobian = match differences {
             Some(steps) => Jacobian::with_steps(model, &point, steps, threads),
             None => Jacobian::chosen(model, &point, self.difference, threads),
@@ -178,7 +186,7 @@ impl LeastSquares {
             if !progress(step) {
                 return Err(Failure::Interrupted(*iteration));
             }
-            if !converged {
+            if !converged && *iteration < self.iterations {
                 jacobian.move_to(model, &point, threads)?;
             }
         }

@@ -6,8 +6,7 @@ use crate::search::{Eigen, Matrix};
 /// What the data tell about the parameters at a minimum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Information {
-    /// Variance of a residual, in squares of its assumed standard deviation, and at least 10⁻⁴:
-    /// smaller ones are numerical errors of the model, which tell nothing about parameters.
+    /// Variance of a residual, in squares of its assumed standard deviation.
     pub variance: f64,
     /// Factor by which residuals that depend on their neighbours tell less than independent ones:
     /// the integrated autocorrelation time in samples.
@@ -34,8 +33,14 @@ pub struct Direction {
 /// it: a normal distribution of it is no narrower than the range itself.
 const UNKNOWN: f64 = 0.3;
 
-/// Least variance of a residual, in squares of its assumed standard deviation.
+/// Least variance of a residual, in squares of its assumed standard deviation, that intervals rest
+/// on: smaller residuals are numerical errors of the model, which tell nothing about parameters.
 const VARIANCE_LEAST: f64 = 1e-4;
+
+/// Returns the variance that intervals rest on.
+fn spread(variance: f64, correlation_time: f64) -> f64 {
+    variance.max(VARIANCE_LEAST) * correlation_time
+}
 
 impl Information {
     /// Computes it. `series` are the lengths of the series of samples that the residuals consist
@@ -50,9 +55,9 @@ impl Information {
         let (matrix, _) = settings.normal(&minimum.jacobian, &minimum.residuals);
         let used = free.iter().filter(|free| **free).count();
         let degrees = minimum.residuals.len().saturating_sub(used).max(1) as f64;
-        let variance = (2.0 * minimum.cost / degrees).max(VARIANCE_LEAST);
+        let variance = 2.0 * minimum.cost / degrees;
         let correlation_time = integrated_time(&minimum.residuals, series);
-        let spread = variance * correlation_time;
+        let spread = spread(variance, correlation_time);
 
         let mut information = Matrix::zeros(count);
         for row in 0..count {
@@ -98,6 +103,12 @@ impl Information {
             directions,
             free,
         }
+    }
+
+    /// Returns the variance that intervals rest on: that of residuals, at least 10⁻⁴, times the
+    /// correlation time.
+    pub(super) fn spread(&self) -> f64 {
+        spread(self.variance, self.correlation_time)
     }
 
     /// Returns the standard deviation of a parameter, as a share of its range; infinite if a

@@ -185,9 +185,9 @@ fn profile_of_a_linear_model_is_the_interval_of_its_covariance() {
         let found = minimum(&model, &[0.5, 0.5, 0.5]);
         let information = Information::of(&SETTINGS, &found, &[40]);
         [0, 1, 2].map(|parameter| {
-            let bounds = SETTINGS.profile(&model, &found, &information, parameter);
+            let profile = SETTINGS.profile(&model, &found, &information, parameter);
             let reach = 1.96 * information.deviation(parameter);
-            bounds.unwrap().map(|bound| {
+            profile.unwrap().bounds.map(|bound| {
                 let distance = bound.map(|bound| (bound - found.point[parameter]).abs());
                 distance.map(|distance| distance / reach)
             })
@@ -217,7 +217,8 @@ fn profile_of_a_curved_model_is_not_symmetrical() {
     let found = minimum(&model, &[0.5]);
     let information = Information::of(&SETTINGS, &found, &[25]);
     let deviation = (information.variance * information.correlation_time).sqrt();
-    let bounds = SETTINGS.profile(&model, &found, &information, 0).unwrap();
+    let profile = SETTINGS.profile(&model, &found, &information, 0).unwrap();
+    let bounds = profile.bounds;
     let mean = libm::exp(4.0 * found.point[0]);
     for (side, bound) in [-1.0, 1.0].into_iter().zip(bounds) {
         let exact = libm::log(mean + side * 1.96 * deviation / 5.0) / 4.0;
@@ -229,4 +230,35 @@ fn profile_of_a_curved_model_is_not_symmetrical() {
     }
     let [low, high] = bounds.map(Option::unwrap);
     assert!(found.point[0] - low > 1.1 * (high - found.point[0]));
+}
+
+/// A parabola that levels off within the allowed excess is followed to the end of the range, where
+/// it rises again; from a local minimum the lower one is found.
+#[test]
+fn profile_is_followed_to_the_end_of_the_range() {
+    let profile = |curve: fn(f64) -> f64, start: f64| {
+        // A sample whose half square is the curve, besides white ones of a variance of 1.
+        let model = move |point: &[f64]| {
+            let sign = |i: i32| if i % 2 == 0 { 1.0 } else { -1.0 };
+            let white = (0..20).map(sign);
+            Some(white.chain([(2.0 * curve(point[0])).sqrt()]).collect())
+        };
+        let found = SETTINGS.evaluate(&model, &[start]).unwrap();
+        let information = Information::of(&SETTINGS, &found, &[21]);
+        let found_profile = SETTINGS.profile(&model, &found, &information, 0).unwrap();
+        (found_profile, found.cost)
+    };
+    // 95 % allow an excess of some 1.92.
+    let plateau = |x: f64| (100.0 * (x - 0.1) * (x - 0.1)).min(1.5) + 50.0 * (x - 0.9).max(0.0);
+    let (levels, _) = profile(plateau, 0.1);
+    let [low, high] = levels.bounds;
+    assert!(
+        low.is_none() && (0.9..0.92).contains(&high.unwrap()),
+        "{levels:?}"
+    );
+    let (open, _) = profile(|x| (100.0 * (x - 0.1) * (x - 0.1)).min(1.5), 0.1);
+    assert_eq!(open.bounds, [None, None]);
+    let two = |x: f64| 1.0 + (1e3 * (x - 0.3) * (x - 0.3)).min(1e3 * (x - 0.34) * (x - 0.34) - 0.9);
+    let (local, cost) = profile(two, 0.3);
+    assert!(local.least_cost < cost - 0.1, "{local:?} {cost}");
 }

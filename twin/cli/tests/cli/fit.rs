@@ -171,11 +171,17 @@ fn fit_predicts_other_recordings_and_continues_with_the_searches_that_are_done()
     let again = twin(&words);
     assert_eq!(again.out, first.out);
     assert!(
-        again.err.contains("1 searches were done before"),
+        again.err.contains("searches that were done before: 1"),
         "{}",
         again.err
     );
+    // A comment changes nothing; another value that is held, and another deviation, do.
     let text = fs::read_to_string(&space).unwrap();
+    fs::write(&space, format!("# Again.\n{text}")).unwrap();
+    assert_eq!(twin(&words).err, again.err);
+    let mut other = words;
+    other[words.len() - 1] = "override.motor.resistance=\"3.5 ohm\"";
+    assert_eq!(twin(&other).err, "");
     fs::write(&space, text.replace("1 mrad", "1.1 mrad")).unwrap();
     assert_eq!(twin(&words).err, "");
     let all = FOUR.map(|(key, from, _)| format!("override.{key}={from:?}"));

@@ -30,7 +30,10 @@ pub enum FitError {
         inputs: String,
     },
     /// A signal has more than one component, or not the one named.
-    #[error("`{signal}` has {size} component(s); name one by `component`, counted from 0")]
+    #[error(
+        "`{signal}` has {size} component(s): commands and states have one, \
+         a residual names one by `component`, counted from 0"
+    )]
     Component {
         /// The signal.
         signal: String,

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use twinrig_campaign::identification::FitSpace;
-use twinrig_campaign::least_squares::{Information, Minimum};
+use twinrig_campaign::least_squares::{Failure, Information, Minimum};
 use twinrig_campaign::sweep::SweepValue;
 use twinrig_document::Document;
 use twinrig_rig::registry::Registry;
+use twinrig_runtime::interrupt;
 use twinrig_scenario::Setting;
 
 use super::minima::{FitProgress, Fitter};
@@ -119,6 +120,10 @@ pub fn fit(
         });
     }
     outcome.notes = fitter.searches.notes();
+    // An interrupted model has no residuals.
+    if interrupt::is_requested() {
+        return Err(FitError::from(Failure::Interrupted(outcome.steps)).into());
+    }
     Ok(outcome)
 }
 
@@ -212,17 +217,20 @@ impl Fitter<'_, '_> {
         let information = self.information(data, minimum);
         let (space, twin) = (self.space, self.twin);
         let model = |point: &[f64]| residuals(space, twin, data, point);
+        let mut least = minimum.cost;
         for (index, parameter) in outcome.parameters.iter_mut().enumerate() {
             if parameter.at_bound {
                 continue;
             }
-            let bounds = self
-                .settings()
-                .profile(&model, minimum, &information, index);
+            let settings = self.settings();
+            let found = settings.profile(&model, minimum, &information, index);
             let interval = &space.dimensions[index].interval;
-            let bounds = bounds.map_err(FitError::from)?;
-            parameter.profile = Some(bounds.map(|share| Some(interval.number_at(share?))));
+            let found = found.map_err(FitError::from)?;
+            parameter.profile = Some(found.bounds.map(|share| Some(interval.number_at(share?))));
+            least = least.min(found.least_cost);
         }
+        let samples = minimum.residuals.len() as f64;
+        outcome.profile_cost = Some(least / samples);
         Ok(())
     }
 
@@ -273,6 +281,7 @@ impl Fitter<'_, '_> {
                 .collect(),
             validation: Vec::new(),
             held_out: Vec::new(),
+            profile_cost: None,
             notes: Vec::new(),
             deviation: information.variance.sqrt(),
             correlation_time: information.correlation_time,

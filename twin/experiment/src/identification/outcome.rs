@@ -42,6 +42,10 @@ pub struct FitOutcome {
     pub searched: u64,
     /// Mean cost of a residual at the minimum of each search, the least first.
     pub minima: Vec<f64>,
+    /// Least mean cost of a residual on the profiles; below the least of `minima`, that is a local
+    /// one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile_cost: Option<f64>,
     /// Notes of the store of searches.
     #[serde(skip)]
     pub notes: Vec<String>,

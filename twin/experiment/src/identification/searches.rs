@@ -50,8 +50,8 @@ impl Searches {
             None => RowStore::in_memory(|end| end),
         };
         let contents = twin.contents()?;
-        let space = format!("{space:?}");
-        let shared = RowKey::of([build.as_bytes(), space.as_bytes(), &contents]);
+        let identity = space.identity();
+        let shared = RowKey::of([build.as_bytes(), identity.as_bytes(), &contents]);
         Ok(Self {
             rows,
             shared,
@@ -85,7 +85,7 @@ impl Searches {
     /// Returns damages of the store, and whether searches were there.
     pub(super) fn notes(&self) -> Vec<String> {
         let reused = self.reused;
-        let reused = (reused > 0).then(|| format!("{reused} searches were done before"));
+        let reused = (reused > 0).then(|| format!("searches that were done before: {reused}"));
         self.rows.warnings().iter().cloned().chain(reused).collect()
     }
 }

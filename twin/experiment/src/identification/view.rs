@@ -63,6 +63,16 @@ impl FitOutcome {
                 self.minima.len()
             ));
         }
+        if let Some(cost) = self.profile_cost
+            && self
+                .minima
+                .first()
+                .is_some_and(|least| cost < 0.999 * least)
+        {
+            sentences.push(format!(
+                "profiles found a cost of {cost:.4}: this is a local minimum; search more often"
+            ));
+        }
         let spikes: usize = self.recordings.iter().map(|it| it.spikes).sum();
         if spikes > 0 {
             sentences.push(format!("{spikes} corrupted readings are not compared"));

@@ -120,8 +120,8 @@ fn bench_of_the_xl330_follows_the_logs() {
     }
 }
 
-/// Passages through the lowest point \[s\] and turning points \[rad\] after the torque is off, of
-/// the recorded (1) or the computed (2) angle. Swings of less than 50 mrad are left out.
+/// Passages through the zero of the encoder \[s\] and turning points \[rad\] after the torque is
+/// off, of the recorded (1) or the computed (2) angle. Swings of less than 50 mrad are left out.
 fn swings(curve: &[[f64; 3]], column: usize) -> (Vec<f64>, Vec<f64>) {
     let free: Vec<[f64; 2]> = curve
         .iter()
@@ -131,7 +131,7 @@ fn swings(curve: &[[f64; 3]], column: usize) -> (Vec<f64>, Vec<f64>) {
     let (mut passages, mut turns) = (Vec::new(), Vec::new());
     for pair in free.windows(2) {
         let [[t, one], [later, other]] = [pair[0], pair[1]];
-        if one * other < 0.0 {
+        if (one < 0.0) != (other < 0.0) {
             passages.push(t + (later - t) * one / (one - other));
         }
     }
