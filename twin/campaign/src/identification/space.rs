@@ -10,6 +10,7 @@ use twinrig_kernel::Unit;
 
 use crate::optimization::space::{SpaceDimension, dimension, dimension_table};
 use crate::sweep::SweepValue;
+use crate::sweep::overlap;
 use crate::sweep::read::{self, SETTINGS, check_dimensions, count};
 use fit_table::{
     DIMENSION, GENERATIONS, HUBER, LEAVE_OUT, NAME, PARTICLES, PRIOR, RESIDUAL, SCENARIO, SEARCHES,
@@ -217,7 +218,10 @@ impl FitSpace {
 
     /// Leaves the dimensions of some keys out, with their priors.
     pub fn hold(&mut self, keys: &[&str]) {
-        let is_held = |dimension: &SpaceDimension| keys.contains(&dimension.key.value.as_str());
+        let is_held = |dimension: &SpaceDimension| {
+            let mut keys = keys.iter();
+            keys.any(|key| overlap(key, &dimension.key.value))
+        };
         let mut index = 0;
         let places: Vec<Option<usize>> = self
             .dimensions
@@ -258,6 +262,18 @@ fn space(document: &Document, table: &Table<'_>) -> Result<FitSpace, Reported> {
     let dimensions = keys.read_with(&DIMENSION, |item| item.each(dimension));
     let dimensions = dimensions.and_then(|dimensions| {
         check_dimensions(table, dimensions.iter().map(|it| &it.key))?;
+        let fixed = set
+            .as_ref()
+            .ok()
+            .and_then(Option::as_deref)
+            .unwrap_or_default();
+        let is_fixed =
+            |it: &&SpaceDimension| fixed.iter().any(|(key, _)| overlap(key, &it.key.value));
+        if let Some(both) = dimensions.iter().find(is_fixed) {
+            let message = format!("`{}` is set for all runs, by `set`", both.key.value);
+            let help = "leave out the dimension or the setting";
+            return Err(table.report_at(&both.key.place, message, help));
+        }
         Ok(dimensions)
     });
     let known = dimensions.as_deref().unwrap_or_default();
@@ -395,7 +411,7 @@ mod tests {
         let document = Document::parse("space.toml", &text.concat()).unwrap();
         let mut space = FitSpace::read(&document).unwrap();
         let whole = space.identity();
-        space.hold(&["override.b", "another.key"]);
+        space.hold(&["override.b", "another.key", "override.cc"]);
         let keys: Vec<&str> = space
             .dimensions
             .iter()

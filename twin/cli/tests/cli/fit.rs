@@ -175,6 +175,18 @@ fn fit_predicts_other_recordings_and_continues_with_the_searches_that_are_done()
         "{}",
         again.err
     );
+    // Of two searches one is there, as after an interrupt; the second is cut off.
+    let text = fs::read_to_string(&space).unwrap();
+    fs::write(&space, format!("searches = 2\n{text}")).unwrap();
+    let two = twin(&words);
+    assert_eq!(two.err, again.err);
+    let store = folder.join("out/searches/all.jsonl");
+    let rows = fs::read_to_string(&store).unwrap();
+    assert_eq!(rows.lines().count(), 2);
+    fs::write(&store, &rows[..rows.len() - 20]).unwrap();
+    assert_eq!(twin(&words).out, two.out);
+    assert_eq!(fs::read_to_string(&store).unwrap(), rows);
+    fs::write(&space, text).unwrap();
     // A comment changes nothing; another value that is held, and another deviation, do.
     let text = fs::read_to_string(&space).unwrap();
     fs::write(&space, format!("# Again.\n{text}")).unwrap();
@@ -310,6 +322,9 @@ fn mistakes_are_reported_before_the_search() {
     ])
     .err;
     assert!(error.contains("does not state `load.mass`"), "{error}");
+    let both = "set = { override.friction.coulomb = \"0 N·m\" }\ngenerations = 0";
+    let error = changed("generations = 0", both);
+    assert!(error.contains("is set for all runs, by `set`"), "{error}");
     let error = changed("deviation = \"1 mrad\"", "deviation = \"1 mm\"");
     assert!(error.contains("`deviation` of `servo/position`"), "{error}");
 }

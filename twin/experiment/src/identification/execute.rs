@@ -105,19 +105,7 @@ pub fn fit(
         .map(|it| fitter.residuals_of(it, &minimum.point));
     outcome.validation = predicted.flatten().collect();
     for fold in folds {
-        let (left_out, others): (Vec<_>, Vec<_>) = all
-            .iter()
-            .enumerate()
-            .partition(|(index, _)| fold.contains(index));
-        let others: Vec<_> = others.into_iter().map(|(_, it)| *it).collect();
-        let point = fitter.fit(&others)?.swap_remove(0).point;
-        let residuals = left_out
-            .iter()
-            .flat_map(|(_, it)| fitter.residuals_of(it, &point));
-        outcome.held_out.push(HeldOut {
-            residuals: residuals.collect(),
-            estimates: estimates(&space, &point),
-        });
+        outcome.held_out.push(fitter.held_out(&all, &fold)?);
     }
     outcome.notes = fitter.searches.notes();
     // An interrupted model has no residuals.
@@ -163,6 +151,23 @@ fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {
 }
 
 impl Fitter<'_, '_> {
+    /// Fits the parameters without some recordings, by their indices, and predicts these.
+    fn held_out(&mut self, all: &[&Recorded<'_>], fold: &[usize]) -> Result<HeldOut, Error> {
+        let (left_out, others): (Vec<_>, Vec<_>) = all
+            .iter()
+            .enumerate()
+            .partition(|(index, _)| fold.contains(index));
+        let others: Vec<_> = others.into_iter().map(|(_, it)| *it).collect();
+        let point = self.fit(&others)?.swap_remove(0).point;
+        let residuals = left_out
+            .iter()
+            .flat_map(|(_, it)| self.residuals_of(it, &point));
+        Ok(HeldOut {
+            residuals: residuals.collect(),
+            estimates: estimates(self.space, &point),
+        })
+    }
+
     /// Returns the residuals of a recording in the units of its signals.
     fn residuals_of(&self, recorded: &Recorded<'_>, point: &[f64]) -> Vec<RecordingResidual> {
         let of = |point| of_recording(self.space, self.twin, recorded, point);
