@@ -189,6 +189,7 @@ mod tests {
                 Port::input("other", Unit::One, 2),
                 Port::input("rate", Unit::One, 1),
                 Port::output("sum", Unit::One, 1),
+                Port::output("pair", Unit::One, 2),
             ]
         }
 
@@ -199,7 +200,7 @@ mod tests {
         }
 
         fn observe(&mut self, outputs: &mut [f64]) {
-            outputs[0] = self.sum;
+            outputs.copy_from_slice(&[self.sum, -self.sum, self.sum + 2.0]);
         }
     }
 
@@ -211,7 +212,7 @@ mod tests {
     #[test]
     fn commands_act_from_their_own_times_and_samples_are_before_them() {
         let mut plant = Integrator::default();
-        let playback = Playback::new(&plant, ["rate"], [("sum", None), ("sum", Some(0))]).unwrap();
+        let playback = Playback::new(&plant, ["rate"], [("sum", None), ("pair", Some(1))]).unwrap();
         let command = TimedValues {
             times: at(&[0, 100, 300]),
             values: vec![1.0, 10.0, 0.0],
@@ -220,7 +221,7 @@ mod tests {
         let samples: Vec<&[SimTime]> = samples.iter().map(Vec::as_slice).collect();
         let played = playback.play(&mut plant, SimTime::ZERO, &[&command], &samples);
         let played = played.unwrap();
-        let expected = [vec![0.0, 0.1, 1.1, 2.1], vec![1.6]];
+        let expected = [vec![0.0, 0.1, 1.1, 2.1], vec![3.6]];
         for (played, expected) in played.iter().flatten().zip(expected.iter().flatten()) {
             assert!((played - expected).abs() < 1e-12, "{played} {expected}");
         }

@@ -249,15 +249,18 @@ fn profile_is_followed_to_the_end_of_the_range() {
         (found_profile, found.cost)
     };
     // 95 % allow an excess of some 1.92.
-    let plateau = |x: f64| (100.0 * (x - 0.1) * (x - 0.1)).min(1.5) + 50.0 * (x - 0.9).max(0.0);
+    let plateau = |x: f64| (1e4 * (x - 0.1) * (x - 0.1)).min(1.5) + 50.0 * (x - 0.9).max(0.0);
     let (levels, _) = profile(plateau, 0.1);
     let [low, high] = levels.bounds;
     assert!(
         low.is_none() && (0.9..0.92).contains(&high.unwrap()),
         "{levels:?}"
     );
-    let (open, _) = profile(|x| (100.0 * (x - 0.1) * (x - 0.1)).min(1.5), 0.1);
+    let (open, _) = profile(|x| (1e4 * (x - 0.1) * (x - 0.1)).min(1.5), 0.1);
     assert_eq!(open.bounds, [None, None]);
+    // 3.92 · 0.7² = 1.92: further below than the range reaches above.
+    let (wide, _) = profile(|x| 3.92 * (x - 0.8) * (x - 0.8), 0.8);
+    assert!((0.08..0.12).contains(&wide.bounds[0].unwrap()), "{wide:?}");
     let two = |x: f64| 1.0 + (1e3 * (x - 0.3) * (x - 0.3)).min(1e3 * (x - 0.34) * (x - 0.34) - 0.9);
     let (local, cost) = profile(two, 0.3);
     assert!(local.least_cost < cost - 0.1, "{local:?} {cost}");
