@@ -121,6 +121,11 @@ impl RobotFile {
         self.document.place(key)
     }
 
+    /// Returns a warning for each value outside of the data of an included fit.
+    pub fn warnings(&self) -> Vec<Warning> {
+        self.document.beyond_fits()
+    }
+
     /// Reads and validates the robot.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use twinrig_document::declaration::TableReference;
-use twinrig_document::{Document, DocumentError, Library, Overrides, suggestion};
+use twinrig_document::{Document, DocumentError, Library, Overrides, Warning, suggestion};
 
 use crate::parameters::ServoBenchParameters;
 
@@ -66,6 +66,11 @@ impl ServoBenchFile {
     /// A part of a key's path is not a table.
     pub fn override_with(&mut self, overrides: &Overrides) -> Result<(), DocumentError> {
         self.document.override_with(overrides)
+    }
+
+    /// Returns a warning for each value outside of the data of an included fit.
+    pub fn warnings(&self) -> Vec<Warning> {
+        self.document.beyond_fits()
     }
 
     /// Reads and validates the bench.

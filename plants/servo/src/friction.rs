@@ -47,13 +47,15 @@ record! {
 }
 
 record! {
-    /// Losses of the gear by the torque τ_t that it transmits to the arm, whose inertia is
+    /// Backlash, and losses of the gear by the torque τ_t that it transmits to the arm, whose inertia is
     /// included: μ |τ_t|. μ depends on the direction of power: from the motor to the load
     /// (`driving`), or from the load to the motor (`driven`). At rest it is greater by the static
     /// share, which vanishes over a rate of its own: μ(ω) = μ + μ_s exp(−|ω|/ω_s). A driving gear
     /// loses a square κ τ_t² besides.
     #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct GearLoss = "[gear]" {
+    pub struct Gear = "[gear]" {
+        /// Backlash: angle that the arm has free while the motor is held \[rad\].
+        pub backlash: f64 = zero(quantity(Unit::Radian, ranges::BACKLASH)),
         /// Share while the motor drives the load \[1\].
         pub driving: f64 = zero(quantity(Unit::One, ranges::SHARE)),
         /// Share while the load drives the motor \[1\].
@@ -110,9 +112,10 @@ impl Friction {
     }
 }
 
-impl GearLoss {
-    /// No losses.
-    pub const NONE: Self = Self {
+impl Gear {
+    /// No backlash and no losses.
+    pub const IDEAL: Self = Self {
+        backlash: 0.0,
         driving: 0.0,
         driven: 0.0,
         static_driving: 0.0,

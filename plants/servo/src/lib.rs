@@ -35,13 +35,14 @@
 //! the rise of the temperature of the winding, α the temperature coefficient of copper. With the
 //! torque off the bridge is open: I = 0, but where k |ω| exceeds V and the voltage of two diodes,
 //! what exceeds them drives a current into the supply, which brakes. s is the direction of motion,
-//! `τ_f` ≥ 0 the friction ([`Friction`], [`GearLoss`]). A shaft at rest stays there while the other
+//! `τ_f` ≥ 0 the friction ([`Friction`], [`Gear`]). A shaft at rest stays there while the other
 //! torques do not exceed `τ_f` at rest; the instant at which it comes to rest is located within a
 //! step.
 //!
 //! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
 //! compliance of the gear.
 
+mod backlash;
 mod error;
 mod file;
 mod firmware;
@@ -50,9 +51,10 @@ mod model;
 mod parameters;
 mod plant;
 mod ranges;
+mod shaft;
 
 pub use error::ServoBenchError;
 pub use file::ServoBenchFile;
-pub use friction::{Friction, GearLoss};
+pub use friction::{Friction, Gear};
 pub use parameters::{BenchLoad, Controller, Heating, ServoBenchParameters, ServoMotor, Supply};
 pub use plant::ServoBench;

@@ -4,8 +4,9 @@ use libm::{exp, sin};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ServoBenchError;
-use crate::friction::{Friction, GearLoss};
+use crate::friction::{Friction, Gear};
 use crate::parameters::ServoBenchParameters;
+use crate::shaft::{Forces, Shaft};
 
 /// Standard gravity \[m/s²\].
 const GRAVITY: f64 = 9.80665;
@@ -14,18 +15,33 @@ const COPPER: f64 = 3.93e-3;
 /// Length of a substep over the shortest time constant: the midpoint rule then is far from its
 /// limit of stability, 2.
 const RESOLUTION: f64 = 0.2;
+/// Parts of a substep: a shaft turns round once and teeth part and meet; the bound is for one that
+/// oscillates at rounding.
+const EVENTS_MAX: usize = 6;
 /// Substeps of a period of the controller beyond which a servo is too stiff.
 const SUBSTEPS_MAX: f64 = 1000.0;
 
-/// State of the shaft.
+/// State of motor and arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
-    /// Angle of the shaft \[rad\].
+    /// Angle of the arm \[rad\].
     pub angle: f64,
     /// Its rate; exactly zero at rest \[rad/s\].
     pub rate: f64,
     /// Rise of the temperature of the winding \[K\].
     pub rise: f64,
+    /// Angle by which the motor is ahead of the arm, within the backlash \[rad\].
+    pub lead: f64,
+    /// Rate of the motor while no teeth of the gear touch, \[rad/s\]; otherwise it is that of the
+    /// arm.
+    pub loose: Option<f64>,
+}
+
+impl State {
+    /// Rate of the motor \[rad/s\].
+    pub(crate) fn motor_rate(&self) -> f64 {
+        self.loose.unwrap_or(self.rate)
+    }
 }
 
 /// Command of the bridge.
@@ -42,6 +58,21 @@ pub(crate) enum Bridge {
 pub(crate) struct Works {
     pub motor: f64,
     pub friction: f64,
+}
+
+impl Works {
+    pub(crate) fn add(&mut self, forces: &Forces, turned: f64) {
+        self.motor += forces.motor * turned;
+        self.friction += forces.friction * turned.abs();
+    }
+}
+
+/// A part of a substep.
+pub(crate) struct Stepped {
+    /// Duration \[s\].
+    pub taken: f64,
+    /// Current in its middle \[A\].
+    pub current: f64,
 }
 
 /// Counts of a step.
@@ -62,14 +93,6 @@ pub(crate) struct Electric {
     pub torque: f64,
 }
 
-/// Forces on the shaft at an instant.
-struct Forces {
-    acceleration: f64,
-    current: f64,
-    motor: f64,
-    friction: f64,
-}
-
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     voltage: f64,
@@ -83,14 +106,16 @@ pub(crate) struct Model {
     heat_per_joule: f64,
     /// 1/T; zero without cooling.
     cooling: f64,
-    motor_inertia: f64,
-    load_inertia: f64,
+    pub(crate) motor_inertia: f64,
+    pub(crate) load_inertia: f64,
+    /// Greatest lead of the motor to either side \[rad\].
+    pub(crate) half_gap: f64,
     /// Torque of gravity on a horizontal arm \[N·m\].
     weight: f64,
     offset: f64,
-    friction: Friction,
-    gear: GearLoss,
-    is_lossy: bool,
+    pub(crate) friction: Friction,
+    pub(crate) gear: Gear,
+    pub(crate) is_lossy: bool,
     /// Substeps of a period.
     substeps: u32,
 }
@@ -102,7 +127,13 @@ impl Model {
         let moment = (load.mass + 0.5 * load.arm_mass) * load.length;
         let constant = motor.torque_constant;
         let damping = constant * constant / motor.resistance + parameters.friction.viscous;
-        let time_constant_s = (motor.inertia + load_inertia) / damping;
+        // Within the backlash the motor is alone.
+        let inertia = if parameters.gear.backlash > 0.0 {
+            motor.inertia
+        } else {
+            motor.inertia + load_inertia
+        };
+        let time_constant_s = inertia / damping;
         let period_s = parameters.controller.period;
         let substeps = (period_s / (RESOLUTION * time_constant_s)).ceil().max(1.0);
         if substeps > SUBSTEPS_MAX {
@@ -131,6 +162,7 @@ impl Model {
                 .map_or(0.0, |time| 1.0 / time),
             motor_inertia: motor.inertia,
             load_inertia,
+            half_gap: 0.5 * parameters.gear.backlash,
             weight: moment * GRAVITY,
             offset: load.offset,
             friction: parameters.friction,
@@ -142,19 +174,24 @@ impl Model {
 
     /// Returns kinetic and potential energy; the latter is zero where the arm hangs down \[J\].
     pub(crate) fn stored(&self, state: &State) -> [f64; 2] {
-        let inertia = self.motor_inertia + self.load_inertia;
+        let (motor, load) = (self.motor_inertia, self.load_inertia);
         let half = sin(0.5 * (state.angle + self.offset));
+        let kinetic = match state.loose {
+            None => (motor + load) * state.rate * state.rate,
+            Some(rate) => motor * rate * rate + load * state.rate * state.rate,
+        };
         [
-            0.5 * inertia * state.rate * state.rate,
+            0.5 * kinetic,
             2.0 * self.weight * half * half,
         ]
     }
 
-    /// Returns voltage, current and torque.
-    pub(crate) fn electric(&self, bridge: Bridge, state: &State) -> Electric {
-        let winding = self.resistance * (1.0 + COPPER * state.rise);
+    /// Returns voltage, current and torque at a rate of the motor \[rad/s\], with a rise of the
+    /// temperature \[K\].
+    pub(crate) fn electric(&self, bridge: Bridge, rate: f64, rise: f64) -> Electric {
+        let winding = self.resistance * (1.0 + COPPER * rise);
         let Bridge::Duty(duty) = bridge else {
-            let induced = self.constant * state.rate;
+            let induced = self.constant * rate;
             let excess = induced.abs() - self.voltage - self.diode_voltage;
             if excess <= 0.0 {
                 return Electric {
@@ -170,7 +207,7 @@ impl Model {
                 torque: self.constant * current,
             };
         };
-        let unlimited = (duty * self.voltage - self.constant * state.rate)
+        let unlimited = (duty * self.voltage - self.constant * rate)
             / (winding + self.supply_resistance * duty * duty);
         let current = unlimited.clamp(-self.current_limit, self.current_limit);
         Electric {
@@ -181,61 +218,8 @@ impl Model {
     }
 
     /// Returns the torque of gravity on the shaft \[N·m\].
-    fn gravity(&self, angle: f64) -> f64 {
+    pub(crate) fn gravity(&self, angle: f64) -> f64 {
         -self.weight * sin(angle + self.offset)
-    }
-
-    /// Returns the forces on a shaft that moves in `direction`, 1 or −1.
-    fn forces(&self, bridge: Bridge, state: &State, direction: f64) -> Forces {
-        let Electric {
-            current,
-            torque: motor,
-            ..
-        } = self.electric(bridge, state);
-        let external = self.gravity(state.angle);
-        let simple = self.friction.torque(state.rate, motor, external);
-        let loss = if self.is_lossy {
-            self.gear_loss(state.rate, motor * direction - simple, external * direction)
-        } else {
-            0.0
-        };
-        let friction = simple + loss;
-        let inertia = self.motor_inertia + self.load_inertia;
-        Forces {
-            acceleration: (motor + external - direction * friction) / inertia,
-            current,
-            motor,
-            friction,
-        }
-    }
-
-    /// Returns the torque that the gear loses, where `motor` enters it and `external` acts on the
-    /// arm, both in the direction of motion. The transmitted torque x follows from the equations of
-    /// the arm, `J_l ω' = x + τ_g`, and of the motor, `J_m ω' = τ_m − x − loss(x)`; its sign is
-    /// that of `excess`.
-    fn gear_loss(&self, rate: f64, motor: f64, external: f64) -> f64 {
-        let (own, load) = (self.motor_inertia, self.load_inertia);
-        let excess = load * motor - own * external;
-        if excess < 0.0 {
-            let share = self.gear.driven_share(rate);
-            return -share * excess / (own + load * (1.0 - share));
-        }
-        let share = self.gear.driving_share(rate);
-        let slope = own + load * (1.0 + share);
-        let square = self.gear.driving_square;
-        let transmitted = if square == 0.0 {
-            excess / slope
-        } else {
-            2.0 * excess / (slope + (slope * slope + 4.0 * load * square * excess).sqrt())
-        };
-        (share + square * transmitted) * transmitted
-    }
-
-    /// Returns the direction in which a shaft at rest starts; none where friction holds it.
-    fn start(&self, bridge: Bridge, state: &State) -> Option<f64> {
-        [1.0, -1.0]
-            .into_iter()
-            .find(|direction| self.forces(bridge, state, *direction).acceleration * direction > 0.0)
     }
 
     /// Advances by a period of the controller, or a part of it \[s\].
@@ -253,7 +237,8 @@ impl Model {
         (works, counts)
     }
 
-    /// Advances by a step of the midpoint rule, or by several if the shaft comes to rest within it.
+    /// Advances by a step of the midpoint rule, or by several if the shaft comes to rest, or teeth
+    /// meet within it.
     fn substep(
         &self,
         bridge: Bridge,
@@ -263,102 +248,49 @@ impl Model {
         counts: &mut Counts,
     ) {
         let mut left = seconds;
-        // A shaft that turns round does so once; the bound is for one that oscillates at rounding.
-        for _ in 0..4 {
-            let direction = if state.rate == 0.0 {
-                match self.start(bridge, state) {
-                    Some(direction) => direction,
-                    None => break,
-                }
+        for _ in 0..EVENTS_MAX {
+            if self.half_gap > 0.0 {
+                self.part(bridge, state);
+            }
+            let stepped = if let Some(rate) = state.loose {
+                Some(self.loose_step(bridge, state, rate, left, works))
             } else {
-                state.rate.signum()
+                self.joint_step(bridge, state, left, works)
+            };
+            let Some(Stepped { taken, current }) = stepped else {
+                break;
             };
             counts.steps += 1;
-            let (next, forces, taken) = self.midpoint(bridge, state, direction, left);
-            let turned = next.angle - state.angle;
-            works.motor += forces.motor * turned;
-            works.friction += forces.friction * turned.abs();
-            self.warm(forces.current, state, taken);
-            (state.angle, state.rate) = (next.angle, next.rate);
+            self.warm(current, state, taken);
             if taken == left {
                 return;
             }
             counts.events += 1;
             left -= taken;
         }
-        let current = self.electric(bridge, state).current;
+        let current = self.electric(bridge, state.motor_rate(), state.rise).current;
         self.warm(current, state, left);
     }
 
-    /// Returns the state after `seconds`, or where the shaft comes to rest before, with the forces
-    /// in the middle of that time, and the time taken.
-    fn midpoint(
+    /// A step of motor and arm together, at most to where they come to rest. None where friction
+    /// holds them.
+    fn joint_step(
         &self,
         bridge: Bridge,
-        state: &State,
-        direction: f64,
+        state: &mut State,
         seconds: f64,
-    ) -> (State, Forces, f64) {
-        let first = self.forces(bridge, state, direction);
-        let half = 0.5 * seconds;
-        let middle = State {
-            angle: state.angle + half * state.rate,
-            rate: state.rate + half * first.acceleration,
-            rise: state.rise,
-        };
-        if middle.rate * direction > 0.0 {
-            let forces = self.forces(bridge, &middle, direction);
-            let next = State {
-                angle: state.angle + seconds * middle.rate,
-                rate: state.rate + seconds * forces.acceleration,
-                rise: state.rise,
-            };
-            if next.rate * direction > 0.0 {
-                return (next, forces, seconds);
-            }
-            return self.to_rest(
-                bridge,
-                state,
-                direction,
-                [first.acceleration, forces.acceleration],
-                seconds,
-            );
-        }
-        self.to_rest(bridge, state, direction, [first.acceleration; 2], seconds)
-    }
-
-    /// Advances to the instant at which the rate vanishes, by the parabola of the rate with the
-    /// accelerations at the start and in the middle of the step.
-    fn to_rest(
-        &self,
-        bridge: Bridge,
-        state: &State,
-        direction: f64,
-        [first, middle]: [f64; 2],
-        seconds: f64,
-    ) -> (State, Forces, f64) {
-        // rate(t) = rate + first t + curve t²
-        let curve = (middle - first) / seconds;
-        let discriminant = (first * first - 4.0 * curve * state.rate).max(0.0);
-        let q = -0.5 * (first + discriminant.sqrt().copysign(first));
-        let roots = [q / curve, state.rate / q];
-        let root = roots
-            .into_iter()
-            .filter(|root| root.is_finite() && *root >= 0.0 && *root <= seconds)
-            .fold(seconds, f64::min);
-        let angle = state.angle + root * (state.rate + root * (0.5 * first + root * curve / 3.0));
-        let mean = State {
-            angle: 0.5 * (state.angle + angle),
-            rate: 0.5 * state.rate,
-            rise: state.rise,
-        };
-        let forces = self.forces(bridge, &mean, direction);
-        let rest = State {
-            angle,
-            rate: 0.0,
-            rise: state.rise,
-        };
-        (rest, forces, root)
+        works: &mut Works,
+    ) -> Option<Stepped> {
+        let shaft = Shaft::whole(self, bridge, state.rise);
+        let direction = shaft.direction(state.angle, state.rate)?;
+        let step = shaft.midpoint([state.angle, state.rate], direction, seconds);
+        let turned = step.end[0] - state.angle;
+        works.add(&step.forces, turned);
+        [state.angle, state.rate] = step.end;
+        Some(Stepped {
+            taken: step.taken,
+            current: step.forces.current,
+        })
     }
 
     /// Advances the temperature of the winding under a constant current, exactly.

@@ -4,7 +4,7 @@ use twinrig_document::declaration::{Defaulted, Optional, Type, quantity, record}
 use twinrig_document::{Reported, Table};
 use twinrig_kernel::Unit;
 
-use crate::friction::{Friction, GearLoss};
+use crate::friction::{Friction, Gear};
 use crate::ranges::{self, zero};
 
 record! {
@@ -21,8 +21,8 @@ record! {
         pub motor: ServoMotor = ServoMotor::TYPE,
         /// Friction by the torques of motor and load.
         pub friction: Friction = Friction::TYPE,
-        /// Losses of the gear by the torque that it transmits.
-        pub gear: GearLoss = Defaulted(GearLoss::TYPE, GearLoss::NONE, "no losses"),
+        /// Backlash, and losses of the gear by the torque that it transmits.
+        pub gear: Gear = Defaulted(Gear::TYPE, Gear::IDEAL, "no backlash, no losses"),
         /// Position controller.
         pub controller: Controller = Controller::TYPE,
     }

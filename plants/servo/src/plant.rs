@@ -78,6 +78,10 @@ const OUTPUTS: [(&str, Unit, Signal); 8] = [
 
 const ANGLE: &str = "servo/angle";
 const RATE: &str = "servo/rate";
+/// Angle by which the motor is ahead of the arm \[rad\], and its rate \[rad/s\]: states of a gear
+/// with backlash.
+const LEAD: &str = "servo/motor/lead";
+const MOTOR_RATE: &str = "servo/motor/rate";
 /// Temperature of the winding above that of the start \[K\], a name of the state.
 const RISE: &str = "servo/winding/temperature_rise";
 const INPUTS: [(&str, Unit); 2] = [("servo/command", Unit::Radian), ("servo/enable", Unit::One)];
@@ -135,6 +139,7 @@ impl ServoBench {
             ports,
             signals,
         };
+        bench.model.mesh(&mut bench.state, None);
         bench.restart();
         Ok(bench)
     }
@@ -289,10 +294,10 @@ impl Plant for ServoBench {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         let [angle, rate] = self.motion_at(self.now);
-        let state = State {
-            angle,
-            rate,
-            rise: self.state.rise,
+        let motor_rate = self.state.loose.unwrap_or(rate);
+        let electric = || {
+            let rise = self.state.rise;
+            self.model.electric(self.bridge, motor_rate, rise)
         };
         for (output, signal) in outputs.iter_mut().zip(&self.signals) {
             *output = match *signal {
@@ -304,9 +309,9 @@ impl Plant for ServoBench {
                     Bridge::Open => 0.0,
                     Bridge::Duty(duty) => duty,
                 },
-                Signal::Supply => self.model.electric(self.bridge, &state).voltage,
-                Signal::Current => self.model.electric(self.bridge, &state).current,
-                Signal::Torque => self.model.electric(self.bridge, &state).torque,
+                Signal::Supply => electric().voltage,
+                Signal::Current => electric().current,
+                Signal::Torque => electric().torque,
                 Signal::Energy(index) => self.ledger.balance().values()[index],
             };
         }
@@ -351,11 +356,18 @@ impl Plant for ServoBench {
         Ok(())
     }
 
-    /// Angle and rate, and the temperature of the winding at the end of the present period.
+    /// Angle and rate, and the temperature of the winding and the motion within the backlash at the
+    /// end of the present period.
     fn state(&self) -> Option<PlantState> {
         let [angle, rate] = self.motion_at(self.now);
         let state = PlantState::at(self.now).with(ANGLE, &[angle]);
-        Some(state.with(RATE, &[rate]).with(RISE, &[self.state.rise]))
+        let state = state.with(RATE, &[rate]).with(RISE, &[self.state.rise]);
+        if self.model.half_gap == 0.0 {
+            return Some(state);
+        }
+        let motor_rate = self.state.loose.unwrap_or(rate);
+        let state = state.with(LEAD, &[self.state.lead]);
+        Some(state.with(MOTOR_RATE, &[motor_rate]))
     }
 
     fn resume_from(&mut self, from: &PlantState) -> Result<Vec<String>, PlantFault> {
@@ -370,12 +382,15 @@ impl Plant for ServoBench {
             angle,
             rate,
             rise: value(RISE).unwrap_or_default(),
+            ..State::default()
         };
+        let gap = value(LEAD).zip(value(MOTOR_RATE));
+        self.model.mesh(&mut self.state, gap);
         self.inputs = [angle, 1.0];
         self.firmware.restart(angle);
         (self.now, self.tick, self.bridge) = (from.time, from.time, Bridge::Open);
         self.restart();
-        let known = [ANGLE, RATE, RISE];
+        let known = [ANGLE, RATE, RISE, LEAD, MOTOR_RATE];
         let unknown = from.iter().filter(|(name, _)| !known.contains(name));
         let lines = unknown.map(|(name, _)| format!("{name} is not a state of this plant"));
         Ok(lines.collect())

@@ -24,6 +24,7 @@ pub(crate) const EXPONENT: Range = Range::between(0.1, 10.0);
 pub(crate) const SHARE: Range = Range::between(0.0, 10.0);
 pub(crate) const DRIVEN_SHARE: Range = Range::between(0.0, 0.95);
 pub(crate) const SQUARE: Range = Range::between(0.0, 100.0);
+pub(crate) const BACKLASH: Range = Range::between(0.0, 0.5);
 pub(crate) const GAIN: Range = Range::between(0.0, 1e5);
 pub(crate) const DUTY: Range = Range::positive_to(1.0);
 pub(crate) const STARTING_DUTY: Range = Range::between(0.0, 1.0);

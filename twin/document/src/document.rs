@@ -8,6 +8,7 @@ use toml::de::DeTable;
 
 use crate::error::{DocumentError, Problem, Warning};
 use crate::file::{TEXT_MOST, read_file};
+use crate::fitted::FittedRange;
 use crate::node::{Node, Value};
 use crate::overrides::{Overrides, SET_TWICE};
 use crate::problems::{Problems, Reported};
@@ -22,6 +23,8 @@ pub struct Document {
     source: Arc<Source>,
     pub(crate) root: Node,
     warnings: Vec<Warning>,
+    /// Ranges of the data to which included values were fitted.
+    pub(crate) fitted: Vec<FittedRange>,
 }
 
 impl Document {
@@ -76,6 +79,7 @@ impl Document {
                 source,
                 root,
                 warnings: Vec::new(),
+                fitted: Vec::new(),
             });
         }
         Err(syntax::problem(&errors, &source).into())

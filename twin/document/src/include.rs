@@ -6,6 +6,7 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use crate::document::Document;
 use crate::error::{DocumentError, Problem};
+use crate::fitted::FittedRange;
 
 /// Key of the root with the path of an overlay, or a list of them.
 const INCLUDE: &str = "include";
@@ -35,6 +36,7 @@ impl Document {
             let message = format!("`{INCLUDE}` is neither a path nor a list of paths");
             return Err(problem(message, "write include = \"NAME.fit.toml\"").into());
         };
+        let mut fitted = Vec::new();
         for name in &named {
             let overlay = Document::read(&folder.join(name))?;
             let parsed: Result<DocumentMut, _> = overlay.text().parse();
@@ -43,6 +45,7 @@ impl Document {
                 let message = format!("{} has no table `{VALUES}`", overlay.file());
                 return Err(problem(message, "`twin fit` writes such files").into());
             };
+            fitted.extend(FittedRange::of(name, parsed.as_table()));
             merge(text.as_table_mut(), values).map_err(|key| {
                 problem(
                     format!(
@@ -55,7 +58,8 @@ impl Document {
         }
         let plain = |c: char| if c.is_control() { ' ' } else { c };
         let named: String = named.join(", ").chars().map(plain).collect();
-        Document::parse(self.file(), &format!("# Included: {named}\n{text}"))
+        let whole = Document::parse(self.file(), &format!("# Included: {named}\n{text}"))?;
+        Ok(Self { fitted, ..whole })
     }
 }
 
@@ -140,6 +144,43 @@ mod tests {
         // The text alone is the same document.
         let alone = Document::parse("b.toml", whole.text()).unwrap();
         assert!(alone.place("load.mass").is_some());
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn value_beyond_the_data_of_a_fit_is_a_warning() {
+        let folder = folder("beyond");
+        let overlay = "[fit]\nname = 'x'\n[fit.data]\ncontroller.gain = [100, 800.0]\n\
+                       load = { mass = ['0.49 kg', '490 g'], length = ['1 m', '2 m'] }\n\
+                       [values]\nmotor.resistance = '3 ohm'\n";
+        fs::write(folder.join("x.fit.toml"), overlay).unwrap();
+        let warnings = |gain: &str, mass: &str| {
+            let text = format!(
+                "include = 'x.fit.toml'\n[load]\nmass = '1 t'\n[controller]\ngain = {gain}\n"
+            );
+            let mut document = Document::parse("b.toml", &text).unwrap();
+            document = document.with_overlays(&folder).unwrap();
+            let scenario = format!("override.load.mass = '{mass}'");
+            let scenario = Document::parse("s.toml", &scenario).unwrap();
+            let overrides = scenario.check(|root| Ok(root.get("override").unwrap().overrides()));
+            document.override_with(&overrides.unwrap()).unwrap();
+            let found = document.beyond_fits().into_iter();
+            let found: Vec<String> = found.map(|it| it.problem.message).collect();
+            found
+        };
+        // Whatever the unit, at both ends; a key that the file does not have is none.
+        assert!(warnings("100", "490 g").is_empty());
+        assert!(warnings("800", "0.49 kg").is_empty());
+        let expected = "`controller.gain` is outside of the data of x.fit.toml, from 100 to 800.0";
+        assert_eq!(warnings("801", "0.49 kg"), [expected]);
+        assert_eq!(warnings("99.5", "0.49 kg"), [expected]);
+        for mass in ["491 g", "0.489 kg"] {
+            let found = warnings("400", mass);
+            let [message] = &found[..] else {
+                panic!("{found:?}");
+            };
+            assert!(message.contains("`load.mass`"), "{message}");
+        }
         fs::remove_dir_all(folder).unwrap();
     }
 

@@ -47,6 +47,7 @@ pub mod declaration;
 mod document;
 mod error;
 mod file;
+mod fitted;
 mod include;
 mod item;
 mod library;

@@ -65,6 +65,12 @@ pub fn parse_quantity(text: &str, unit: Unit) -> Result<f64, QuantityError> {
         })
 }
 
+/// Returns the number of a text in SI units, with the unit; none if it is no quantity.
+pub(crate) fn with_unit(text: &str) -> Option<(f64, Unit)> {
+    let unit = units::kind_of_spelling(split(text).1)?.unit;
+    Some((parse_quantity(text, unit).ok()?, unit))
+}
+
 /// Maximum duration in a document: a hundred years. [`twinrig_kernel::SimTime`] overflows after 584
 /// years; an instant of a run plus a period and two delays remains below that.
 const LONGEST_NANOS: u64 = 100 * 31_557_600 * 1_000_000_000;

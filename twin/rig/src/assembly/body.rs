@@ -27,7 +27,7 @@ struct FiledRobot {
     robot: Robot,
     file: String,
     text: String,
-    /// Values that contradict each other.
+    /// Values that contradict each other, or are outside of the data of a fit.
     warnings: Vec<Warning>,
 }
 
@@ -92,9 +92,11 @@ impl Body {
         self.robot.as_ref().map(|filed| &filed.robot)
     }
 
-    /// Returns the values of the robot file that contradict each other.
-    pub(crate) fn warnings(&self) -> &[Warning] {
-        self.robot.as_ref().map_or(&[], |filed| &filed.warnings)
+    /// Returns the warnings of the files of robot and bench.
+    pub(crate) fn warnings(&self) -> Vec<Warning> {
+        let of_robot = self.robot.iter().flat_map(|filed| filed.warnings.clone());
+        let of_model = self.standalone_model.iter();
+        of_robot.chain(of_model.flat_map(|it| it.warnings())).collect()
     }
 
     /// Returns name and text of the robot file.

@@ -127,7 +127,7 @@ impl<'r> Assembly<'r> {
         let mut scene = scenario.scene(&facts)?;
         let large = recording_size::warning(&scene, &facts.plant_outputs, &facts.process_ports);
         scene.scenario.warnings.extend(large);
-        scene.scenario.warnings.extend_from_slice(body.warnings());
+        scene.scenario.warnings.extend(body.warnings());
         scene.left_out.extend(rigid);
         let mut assembly = Self {
             registry,

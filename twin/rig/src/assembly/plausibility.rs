@@ -30,7 +30,7 @@ mod code {
     pub(super) const PAYLOAD: &str = "payload-beyond-trunk";
 }
 
-/// Returns a warning for each contradiction. Every run asks, so that it takes some equilibria of a
+/// Returns a warning for each contradiction, and those of the file. Every run asks, so that it takes some equilibria of a
 /// leg and no more. A leg that forms no pantograph has no warning: it is an error elsewhere.
 pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
     let warning = |code, key: &str, message: String, help: &str| Warning {
@@ -40,7 +40,7 @@ pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
             None => Problem::of_file(file.file(), message, help),
         },
     };
-    let mut warnings = Vec::new();
+    let mut warnings = file.warnings();
     let (mut longest, mut last) = (0.0_f64, None);
     for mount in &robot.legs {
         // Legs of one kind stand together in files, and mostly bear the same.

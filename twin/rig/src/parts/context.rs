@@ -75,6 +75,11 @@ pub trait StandaloneModel: Send + Sync {
     /// Returns the default step, if the model defines one.
     fn step(&self) -> Option<SimDuration>;
 
+    /// Returns warnings about its values.
+    fn warnings(&self) -> Vec<Warning> {
+        Vec::new()
+    }
+
     /// Returns the files, by name, that a recording must store for replay.
     fn files(&self) -> Vec<(String, Vec<u8>)>;
 

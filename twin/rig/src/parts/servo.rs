@@ -1,6 +1,6 @@
 //! Bench of a serial servo, from scenario options.
 
-use twinrig_document::{DocumentError, Problem};
+use twinrig_document::{DocumentError, Problem, Warning};
 use twinrig_kernel::{Port, SimDuration};
 use twinrig_runtime::Plant;
 use twinrig_scenario::{Accepts, LegFact, PlantSpec};
@@ -33,6 +33,7 @@ pub(crate) fn kind() -> PlantKind {
 struct LoadedBench {
     parameters: ServoBenchParameters,
     text: String,
+    warnings: Vec<Warning>,
 }
 
 fn load(context: &ModelContext<'_>) -> Result<LoadedBench, DocumentError> {
@@ -58,6 +59,7 @@ fn load(context: &ModelContext<'_>) -> Result<LoadedBench, DocumentError> {
     Ok(LoadedBench {
         parameters: bench.bench()?,
         text: bench.text().to_owned(),
+        warnings: bench.warnings(),
     })
 }
 
@@ -72,6 +74,10 @@ impl StandaloneModel for LoadedBench {
 
     fn weight(&self) -> Option<f64> {
         Some(0.0)
+    }
+
+    fn warnings(&self) -> Vec<Warning> {
+        self.warnings.clone()
     }
 
     fn ports(&self) -> Vec<Port> {
