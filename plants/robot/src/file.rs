@@ -4,7 +4,7 @@ use std::path::Path;
 
 use twinrig_document::declaration::TableReference;
 use twinrig_document::{
-    AssumedValue, Document, DocumentError, Library, Overrides, Place, suggestion,
+    AssumedValue, Document, DocumentError, Library, Overrides, Place, Warning, suggestion,
 };
 
 use crate::error::RobotError;

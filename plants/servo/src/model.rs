@@ -180,10 +180,7 @@ impl Model {
             None => (motor + load) * state.rate * state.rate,
             Some(rate) => motor * rate * rate + load * state.rate * state.rate,
         };
-        [
-            0.5 * kinetic,
-            2.0 * self.weight * half * half,
-        ]
+        [0.5 * kinetic, 2.0 * self.weight * half * half]
     }
 
     /// Returns voltage, current and torque at a rate of the motor \[rad/s\], with a rise of the
@@ -268,7 +265,9 @@ impl Model {
             counts.events += 1;
             left -= taken;
         }
-        let current = self.electric(bridge, state.motor_rate(), state.rise).current;
+        let current = self
+            .electric(bridge, state.motor_rate(), state.rise)
+            .current;
         self.warm(current, state, left);
     }
 

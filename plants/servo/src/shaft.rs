@@ -128,9 +128,9 @@ impl<'m> Shaft<'m> {
         if rate != 0.0 {
             return Some(rate.signum());
         }
-        [1.0, -1.0].into_iter().find(|direction| {
-            self.forces([angle, rate], *direction).acceleration * direction > 0.0
-        })
+        [1.0, -1.0]
+            .into_iter()
+            .find(|direction| self.forces([angle, rate], *direction).acceleration * direction > 0.0)
     }
 
     /// Returns the state after `seconds`, or where the shaft comes to rest before.

@@ -45,6 +45,7 @@
 
 mod args;
 mod commands;
+mod date;
 mod doctor;
 mod drawing;
 mod error;

@@ -6,7 +6,7 @@ use twinrig_kernel::Unit;
 use crate::document::Document;
 use crate::error::{Problem, Warning};
 use crate::node::Value;
-use crate::quantity::with_unit;
+use crate::quantity::parse_with_unit;
 
 /// Table of an overlay with the ranges of its data: keys of the file that includes it, each with the
 /// least and the greatest value.
@@ -38,7 +38,7 @@ impl FittedRange {
     /// Returns the least and the greatest value.
     fn values(&self) -> Option<[(f64, Unit); 2]> {
         let [least, greatest] = &self.ends;
-        Some([with_unit(least)?, with_unit(greatest)?])
+        Some([parse_with_unit(least)?, parse_with_unit(greatest)?])
     }
 }
 
@@ -80,7 +80,7 @@ impl Document {
                 _ => return None,
             };
             let [(least, unit), (greatest, other)] = range.values()?;
-            let (value, own) = with_unit(&text)?;
+            let (value, own) = parse_with_unit(&text)?;
             // Of the last digits of a conversion.
             let slack = 1e-9 * least.abs().max(greatest.abs());
             let is_within = value >= least - slack && value <= greatest + slack;

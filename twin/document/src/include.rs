@@ -58,8 +58,9 @@ impl Document {
         }
         let plain = |c: char| if c.is_control() { ' ' } else { c };
         let named: String = named.join(", ").chars().map(plain).collect();
-        let whole = Document::parse(self.file(), &format!("# Included: {named}\n{text}"))?;
-        Ok(Self { fitted, ..whole })
+        let mut whole = Document::parse(self.file(), &format!("# Included: {named}\n{text}"))?;
+        whole.fitted = fitted;
+        Ok(whole)
     }
 }
 

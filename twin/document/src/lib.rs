@@ -79,7 +79,8 @@ pub use overrides::Overrides;
 pub use pattern::{any_quantity_pattern, duration_pattern, percentage_pattern, quantity_pattern};
 pub use problems::Reported;
 pub use quantity::{
-    QuantityError, fitting_units, parse_duration, parse_quantity, print_quantity, quantity_name,
+    QuantityError, fitting_units, parse_duration, parse_quantity, parse_with_unit, print_quantity,
+    quantity_name,
 };
 pub use range::Range;
 pub use source::{Place, Source};

@@ -66,7 +66,15 @@ pub fn parse_quantity(text: &str, unit: Unit) -> Result<f64, QuantityError> {
 }
 
 /// Returns the number of a text in SI units, with the unit; none if it is no quantity.
-pub(crate) fn with_unit(text: &str) -> Option<(f64, Unit)> {
+///
+/// ```
+/// use twinrig_document::parse_with_unit;
+/// use twinrig_kernel::Unit;
+///
+/// assert_eq!(parse_with_unit("490 g"), Some((0.49, Unit::Kilogram)));
+/// assert_eq!(parse_with_unit("490 apples"), None);
+/// ```
+pub fn parse_with_unit(text: &str) -> Option<(f64, Unit)> {
     let unit = units::kind_of_spelling(split(text).1)?.unit;
     Some((parse_quantity(text, unit).ok()?, unit))
 }

@@ -23,9 +23,8 @@ fn motor_crosses_the_gap_alone_and_shares_its_momentum_with_the_arm() {
     let damping = motor.torque_constant * motor.torque_constant / motor.resistance;
     let free = -servo.supply.voltage / motor.torque_constant;
     // Rate and angle under a constant voltage, from a rate.
-    let rate = |inertia: f64, from: f64, t: f64| {
-        free + (from - free) * libm::exp(-t * damping / inertia)
-    };
+    let rate =
+        |inertia: f64, from: f64, t: f64| free + (from - free) * libm::exp(-t * damping / inertia);
     let crossed = |t: f64| {
         let time = motor.inertia / damping;
         free * (t + time * libm::expm1(-t / time))

@@ -1,6 +1,5 @@
 //! The position controller: commands, delays, counts and profiles.
 
-
 use crate::{OFF, Run, ideal};
 
 /// The duty cycle is zero within the dead zone, jumps to its start beyond, and grows from there.

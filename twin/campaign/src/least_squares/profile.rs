@@ -15,12 +15,14 @@ const POINTS: usize = 8;
 const DISTANCE: f64 = 0.05;
 
 /// Interval of a parameter by the profile likelihood.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ProfileInterval {
     /// Lower and upper bound, as shares of the range; none where the range ends before.
     pub bounds: [Option<f64>; 2],
     /// Least cost on the profile. One below that of the minimum shows that this is a local one.
     pub least_cost: f64,
+    /// Its point.
+    pub least: Vec<f64>,
 }
 
 impl LeastSquares {
@@ -44,6 +46,7 @@ impl LeastSquares {
             parameter,
             allowed: (0.5 * CHI_SQUARE_95 * information.spread()).sqrt(),
             least_cost: minimum.cost,
+            least: minimum.point.clone(),
         };
         let first = if deviation.is_finite() && deviation > 0.0 {
             CHI_SQUARE_95.sqrt() * deviation
@@ -54,6 +57,7 @@ impl LeastSquares {
         Ok(ProfileInterval {
             bounds,
             least_cost: profile.least_cost,
+            least: profile.least,
         })
     }
 }
@@ -67,6 +71,7 @@ struct Profile<'m> {
     /// Allowed root of the excess of the cost.
     allowed: f64,
     least_cost: f64,
+    least: Vec<f64>,
 }
 
 impl Profile<'_> {
@@ -128,7 +133,9 @@ impl Profile<'_> {
             let least = settings.minimise_by(&model, others, Some(&steps), &mut |_| true)?;
             (least.cost, least.point)
         };
-        self.least_cost = self.least_cost.min(cost);
+        if cost < self.least_cost {
+            (self.least_cost, self.least) = (cost, whole(&others));
+        }
         Ok(((cost - self.minimum.cost).max(0.0).sqrt(), others))
     }
 

@@ -264,4 +264,5 @@ fn profile_is_followed_to_the_end_of_the_range() {
     let two = |x: f64| 1.0 + (1e3 * (x - 0.3) * (x - 0.3)).min(1e3 * (x - 0.34) * (x - 0.34) - 0.9);
     let (local, cost) = profile(two, 0.3);
     assert!(local.least_cost < cost - 0.1, "{local:?} {cost}");
+    assert!((local.least[0] - 0.34).abs() < 0.02, "{local:?}");
 }

@@ -7,6 +7,7 @@ use twinrig_rig::registry::Registry;
 
 use super::{FAILURE, SUCCESS, Terminal, outputs, settings};
 use crate::args::FitArgs;
+use crate::date::{now, timestamp};
 use crate::error::TwinError;
 use crate::progress::{Progress, bar};
 
@@ -75,11 +76,13 @@ fn run(
         })
     })?;
     let json = serde_json::to_string_pretty(&outcome).unwrap_or_default() + "\n";
+    let date = timestamp(now());
+    let day = date.split('T').next().unwrap_or_default();
     // A name may have characters that a file may not have.
     let overlay = format!("{title}.fit.toml");
     let files = [
         ("fit.json", json),
-        (overlay.as_str(), outcome.overlay()),
+        (overlay.as_str(), outcome.overlay(day)),
         ("report.html", fit_page(&outcome).html()),
     ];
     let mut written = Vec::new();

@@ -90,6 +90,7 @@ fn parameters_of_a_recorded_twin_are_found() {
     // The overlay makes the bench that was fitted.
     let overlay = fs::read_to_string(folder.join("out/space.fit.toml")).unwrap();
     assert!(overlay.contains("\nmotor.resistance = \"3."), "{overlay}");
+    assert!(overlay.contains("\ndate = 20"), "{overlay}");
     let bench = concat!(env!("CARGO_MANIFEST_DIR"), "/../../benches/xl330.toml");
     let bench = fs::read_to_string(bench).unwrap();
     let including = format!("include = \"space.fit.toml\"\n{bench}");
@@ -110,6 +111,19 @@ fn parameters_of_a_recorded_twin_are_found() {
         .collect();
     assert_eq!(fingerprint(&["--set", &own]), fingerprint(&set));
     assert_ne!(fingerprint(&set), fingerprint(&[]));
+
+    // The mass of the bench is not among those of the data.
+    let plan = || twin(&["plan", SCENARIO, "--set", &own]);
+    assert!(!plan().err.contains("beyond-fit"));
+    let data = "\n[fit.data]\nload.mass = [\"500 g\", \"0.6 kg\"]\n";
+    fs::write(folder.join("out/space.fit.toml"), overlay + data).unwrap();
+    let planned = plan();
+    assert_eq!(planned.code, 0);
+    let shown = planned.out + &planned.err;
+    assert!(
+        shown.contains("beyond-fit") && shown.contains("from 500 g to 0.6 kg"),
+        "{shown}"
+    );
 }
 
 /// One parameter is held at its true value; another motion shows the same bench. What was searched

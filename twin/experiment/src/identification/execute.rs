@@ -5,16 +5,18 @@ use std::path::PathBuf;
 use twinrig_campaign::identification::FitSpace;
 use twinrig_campaign::least_squares::{Failure, Information, Minimum};
 use twinrig_campaign::sweep::SweepValue;
-use twinrig_document::Document;
+use twinrig_document::{Document, parse_with_unit};
 use twinrig_rig::registry::Registry;
 use twinrig_runtime::interrupt;
 use twinrig_scenario::Setting;
 
 use super::minima::{FitProgress, Fitter};
-use super::model::{Recorded, of_recording, read, residuals};
+use super::model::{Recorded, of_recording, read};
 use super::outcome::{
-    Correlation, FitOutcome, FittedParameter, HeldOut, RecordingResidual, UnknownDirection,
+    Correlation, DataRange, FitOutcome, FittedParameter, HeldOut, RecordingResidual,
+    UnknownDirection,
 };
+use super::profiles::Profiles;
 use super::searches::{SearchEnd, Searches};
 use super::twin::Twin;
 use crate::error::{Error, FitError};
@@ -94,12 +96,14 @@ pub fn fit(
         },
         observer,
     };
-    let ends = fitter.fit(&all)?;
-    let minimum = fitter.evaluate(&all, &ends[0])?;
-    let mut outcome = fitter.outcome(&all, &ends, &minimum);
+    let mut ends = fitter.fit(&all)?;
+    let mut minimum = fitter.evaluate(&all, &ends[0])?;
+    let mut profiles = Profiles::default();
     if request.profile {
-        fitter.profile(&all, &minimum, &mut outcome)?;
+        profiles = fitter.profiles(&all, &mut ends, &mut minimum)?;
     }
+    let mut outcome = fitter.outcome(&all, &ends, &minimum);
+    profiles.put(&space, &mut outcome);
     let predicted = validation
         .iter()
         .map(|it| fitter.residuals_of(it, &minimum.point));
@@ -141,6 +145,32 @@ fn folds(space: &FitSpace, all: &[&Recorded<'_>]) -> Result<Vec<Vec<usize>>, Fit
         return Err(FitError::NothingLeft);
     }
     Ok(folds.into_iter().map(|(_, fold)| fold).collect())
+}
+
+/// Returns the ranges of the quantities that recordings state.
+fn ranges(data: &[&Recorded<'_>]) -> Vec<DataRange> {
+    let mut ranges: Vec<DataRange> = Vec::new();
+    for (key, toml) in data.iter().flat_map(|it| &it.data.settings) {
+        let number = |toml: &str| Some(parse_with_unit(toml.trim_matches('"'))?.0);
+        let Some(value) = number(toml) else {
+            continue;
+        };
+        let Some(range) = ranges.iter_mut().find(|range| range.key == *key) else {
+            ranges.push(DataRange {
+                key: key.clone(),
+                ends: [toml.clone(), toml.clone()],
+            });
+            continue;
+        };
+        let [least, greatest] = &mut range.ends;
+        if number(least).is_some_and(|least| value < least) {
+            least.clone_from(toml);
+        }
+        if number(greatest).is_some_and(|greatest| value > greatest) {
+            greatest.clone_from(toml);
+        }
+    }
+    ranges
 }
 
 fn estimates(space: &FitSpace, point: &[f64]) -> Vec<f64> {
@@ -205,38 +235,11 @@ impl Fitter<'_, '_> {
             .collect()
     }
 
-    fn information(&self, data: &[&Recorded<'_>], minimum: &Minimum) -> Information {
+    pub(super) fn information(&self, data: &[&Recorded<'_>], minimum: &Minimum) -> Information {
         let series = data.iter().flat_map(|it| &it.data.compared);
         let mut series: Vec<usize> = series.map(|signal| signal.times.len()).collect();
         series.extend(std::iter::repeat_n(1, self.space.priors.len()));
         Information::of(&self.settings(), minimum, &series)
-    }
-
-    /// Adds the intervals of the profile likelihood of the parameters at no bound.
-    fn profile(
-        &self,
-        data: &[&Recorded<'_>],
-        minimum: &Minimum,
-        outcome: &mut FitOutcome,
-    ) -> Result<(), Error> {
-        let information = self.information(data, minimum);
-        let (space, twin) = (self.space, self.twin);
-        let model = |point: &[f64]| residuals(space, twin, data, point);
-        let mut least = minimum.cost;
-        for (index, parameter) in outcome.parameters.iter_mut().enumerate() {
-            if parameter.at_bound {
-                continue;
-            }
-            let settings = self.settings();
-            let found = settings.profile(&model, minimum, &information, index);
-            let interval = &space.dimensions[index].interval;
-            let found = found.map_err(FitError::from)?;
-            parameter.profile = Some(found.bounds.map(|share| Some(interval.number_at(share?))));
-            least = least.min(found.least_cost);
-        }
-        let samples = minimum.residuals.len() as f64;
-        outcome.profile_cost = Some(least / samples);
-        Ok(())
     }
 
     fn outcome(&self, data: &[&Recorded<'_>], ends: &[SearchEnd], minimum: &Minimum) -> FitOutcome {
@@ -280,6 +283,7 @@ impl Fitter<'_, '_> {
             build: self.build.clone(),
             correlations,
             unknown: unknown.collect(),
+            data: ranges(data),
             recordings: data
                 .iter()
                 .flat_map(|it| self.residuals_of(it, &minimum.point))

@@ -119,19 +119,34 @@ impl Fitter<'_, '_> {
             })?;
             (start, evaluations) = (found.best, found.evaluations);
         }
-        let minimum = settings.minimise(&model, &start, &mut |step| {
+        self.progress = progress;
+        let end = self.descend(data, &start)?;
+        Ok(SearchEnd { evaluations, ..end })
+    }
+
+    /// Returns the end of least squares from a point.
+    pub(super) fn descend(
+        &mut self,
+        data: &[&Recorded<'_>],
+        start: &[f64],
+    ) -> Result<SearchEnd, Error> {
+        let (space, twin) = (self.space, self.twin);
+        let model = |point: &[f64]| residuals(space, twin, data, point);
+        let samples: usize = data.iter().map(|it| it.samples()).sum();
+        let (settings, mut progress) = (self.settings(), self.progress);
+        let found = settings.minimise(&model, start, &mut |step| {
             progress.done = step.iteration;
             progress.is_solving = true;
             progress.cost = step.cost / samples as f64;
-            observer(progress)
+            (self.observer)(progress)
         });
-        let found = minimum.map_err(FitError::from)?;
+        let found = found.map_err(FitError::from)?;
         Ok(SearchEnd {
             point: found.point,
             cost: found.cost,
             steps: found.iterations,
             converged: found.converged,
-            evaluations,
+            evaluations: 0,
         })
     }
 }

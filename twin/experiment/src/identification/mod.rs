@@ -8,6 +8,7 @@ mod figures;
 mod minima;
 mod model;
 mod outcome;
+mod profiles;
 mod searches;
 mod twin;
 mod view;

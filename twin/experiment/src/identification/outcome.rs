@@ -19,6 +19,8 @@ pub struct FitOutcome {
     pub correlations: Vec<Correlation>,
     /// Directions that the data cannot tell.
     pub unknown: Vec<UnknownDirection>,
+    /// Values that the recordings state of the file of robot or bench, with their ranges.
+    pub data: Vec<DataRange>,
     /// Residuals of each recording.
     pub recordings: Vec<RecordingResidual>,
     /// Residuals of recordings that were not fitted, but predicted.
@@ -49,6 +51,15 @@ pub struct FitOutcome {
     /// Notes of the store of searches.
     #[serde(skip)]
     pub notes: Vec<String>,
+}
+
+/// Range of a value in the recordings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DataRange {
+    /// Dotted key of the file of robot or bench.
+    pub key: String,
+    /// Least and greatest value, in TOML.
+    pub ends: [String; 2],
 }
 
 /// A fitted parameter, in SI units.

@@ -10,7 +10,9 @@ use twinrig_report::table::{Cell, Column, Table, Tone};
 use twinrig_report::text::style::{BOLD, DIM, styled};
 
 use super::figures::figures;
-use super::outcome::{FitOutcome, FittedParameter, RecordingResidual, UnknownDirection, error_of};
+use super::outcome::{
+    DataRange, FitOutcome, FittedParameter, RecordingResidual, UnknownDirection, error_of,
+};
 
 /// Prefix of the keys of a scenario that replace values of a robot file or of a bench.
 const OVERRIDE: &str = "override.";
@@ -84,12 +86,12 @@ impl FitOutcome {
     }
 
     /// Returns the overlay: the estimates as values that a file of a robot or a bench includes.
-    /// Parameters of other files are comments.
-    pub fn overlay(&self) -> String {
+    /// Parameters of other files are comments; `date` is that of the file, as in TOML.
+    pub fn overlay(&self, date: &str) -> String {
         let mut text = format!(
             "# Fitted by `twin fit` with {} and {}.\n\
              # A file of a robot or a bench takes it by `include`.\n\n\
-             [fit]\nname = {}\nbuild = {}\n",
+             [fit]\nname = {}\ndate = {date}\nbuild = {}\n",
             escaped(&self.space),
             escaped(&self.scenario),
             quoted(&self.name),
@@ -104,6 +106,13 @@ impl FitOutcome {
                 let errors = format!("{{ mean = {mean}, worst = {worst} }}");
                 let _ = writeln!(text, "left_out.{signal} = {errors}");
             }
+        }
+        // A document that includes the overlay warns of values beyond these.
+        if !self.data.is_empty() {
+            text.push_str("\n[fit.data]\n");
+        }
+        for DataRange { key, ends } in &self.data {
+            let _ = writeln!(text, "{key} = [{}]", ends.join(", "));
         }
         text.push_str("\n[values]\n");
         for it in &self.parameters {

@@ -199,6 +199,34 @@ fn free_swings_of_the_benches_pass_the_lowest_point_as_the_logs_do() {
     }
 }
 
+/// Returns the instant at which an angle, recorded (1) or computed (2), has left its start by some
+/// counts of the encoder \[s\].
+fn start(curve: &[[f64; 3]], column: usize) -> f64 {
+    let from = curve[0][column];
+    let mut left = curve.iter().filter(|it| (it[column] - from).abs() > 4.5e-3);
+    left.next().unwrap()[0]
+}
+
+/// From standstill the twin moves within one period of the loop.
+#[test]
+fn benches_start_from_standstill_as_the_logs_do() {
+    let folder = Folder::new("starts");
+    let xl330 = ("", "servo-bench-xl330.toml", "xl330-", XL330);
+    let sts3215 = ("sts3215", "servo-bench-sts.toml", "-kp16-", STS3215);
+    let sts3250 = ("", "servo-bench-sts.toml", "sts3250-", STS3250);
+    for (of, mapping, bench, space) in [xl330, sts3215, sts3250] {
+        let recordings = recordings(&folder, of, mapping, &[bench]);
+        if recordings.is_empty() {
+            return;
+        }
+        let found = outcome(&folder, &recordings, &format!("{NO_STEP}\n{space}"), &[], false);
+        for it in &found.recordings {
+            let [recorded, twin] = [1, 2].map(|column| start(&it.curve, column));
+            println!("{} {recorded:.4} {:+.1} ms", it.recording, 1e3 * (twin - recorded));
+        }
+    }
+}
+
 const STS3250: &str = r#"
 set = { plant.file = "sts3250" }
 residual = [{ signal = "servo/position", twin = "servo/reading", deviation = "10 mrad" }]

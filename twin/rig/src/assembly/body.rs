@@ -96,7 +96,9 @@ impl Body {
     pub(crate) fn warnings(&self) -> Vec<Warning> {
         let of_robot = self.robot.iter().flat_map(|filed| filed.warnings.clone());
         let of_model = self.standalone_model.iter();
-        of_robot.chain(of_model.flat_map(|it| it.warnings())).collect()
+        of_robot
+            .chain(of_model.flat_map(|it| it.warnings()))
+            .collect()
     }
 
     /// Returns name and text of the robot file.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use twinrig_document::Overrides;
+use twinrig_document::{Overrides, Warning};
 use twinrig_kernel::{Direction, Port, SimDuration};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
