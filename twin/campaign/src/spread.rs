@@ -27,6 +27,8 @@ pub enum EnsembleKind {
     Starts,
     /// The seed: the plant cannot be moved at its start.
     Seeds,
+    /// Values of a fit, drawn from its distribution.
+    Parameters,
 }
 
 /// Magnitude of a perturbation, the same for every coordinate.

@@ -254,6 +254,10 @@ pub struct RunArgs {
     /// Judge the expectations over N seeds; short for --set 'ensemble={runs=N,vary="seed"}'
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000), conflicts_with = "port")]
     pub seeds: Option<u64>,
+    /// Judge the expectations over values drawn from the distribution that `twin fit` has written
+    /// to FILE; short for --set 'ensemble={runs=200,vary="fit",fit="FILE"}'
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["seeds", "port"])]
+    pub uncertain: Option<PathBuf>,
     /// Duration of the run; short for --set duration=DURATION
     #[arg(long, value_name = "DURATION")]
     pub duration: Option<String>,

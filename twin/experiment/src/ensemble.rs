@@ -1,10 +1,12 @@
 //! Ensembles: runs of a scenario from perturbed starts, or with other seeds where the start of the
-//! plant cannot be perturbed.
+//! plant cannot be perturbed, or with other values of a fit.
 
 use std::borrow::Borrow;
 
+use twinrig_campaign::identification::FittedDistribution;
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude, Member};
 use twinrig_campaign::sweep::SweepRow;
+use twinrig_document::{Document, DocumentError, Overrides, Placed, Problem};
 use twinrig_rig::StartPerturbation;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::error::{Error as RigError, guarded};
@@ -14,7 +16,7 @@ use twinrig_rig::run::execute::{execute_observed, execute_saving};
 use twinrig_rig::run::execution::Execution;
 use twinrig_rig::run::interrupt;
 use twinrig_rig::run::observers::RunObserver;
-use twinrig_scenario::Varied;
+use twinrig_scenario::{Scenario, Varied};
 
 use crate::error::{Error, StudyError};
 use crate::parallel::{RunResult, run_all};
@@ -24,6 +26,8 @@ pub(crate) struct Ensemble<A> {
     assembly: A,
     magnitudes: Vec<Magnitude>,
     vary: Varied,
+    /// Values of the members but the first, for [`Varied::Fit`].
+    values: Vec<Overrides>,
     /// Reason why the start cannot be perturbed.
     why_seeds: Option<String>,
 }
@@ -38,6 +42,7 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
             assembly,
             magnitudes: Magnitude::spaced(runs.saturating_sub(1)),
             vary,
+            values: Vec::new(),
             why_seeds: None,
         };
         if runs > 1 && vary == Varied::Start {
@@ -60,6 +65,7 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
         match (self.vary, &self.why_seeds) {
             (Varied::Start, None) => EnsembleKind::Starts,
             (Varied::Start, Some(_)) | (Varied::Seed, _) => EnsembleKind::Seeds,
+            (Varied::Fit, _) => EnsembleKind::Parameters,
         }
     }
 
@@ -83,6 +89,9 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
                 member,
                 magnitude,
             }));
+        }
+        if let Some(values) = member.checked_sub(1).and_then(|it| self.values.get(it)) {
+            return assembly.with_values(values);
         }
         let mut scenario = scenario.clone();
         scenario.seed = scenario.seed.wrapping_add(member as u64);
@@ -131,13 +140,16 @@ pub fn with_ensemble(
     mut report: Report,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Report, Error> {
-    let Some(spec) = assembly.scenario().ensemble else {
+    let Some(spec) = &assembly.scenario().ensemble else {
         return Ok(report);
     };
     if report.error.is_some() {
         return Ok(report);
     }
-    let ensemble = Ensemble::new(assembly, spec.runs, spec.vary)?;
+    let mut ensemble = Ensemble::new(assembly, spec.runs, spec.vary)?;
+    if let Some(fit) = &spec.fit {
+        ensemble.values = drawn(assembly.scenario(), fit, spec.runs - 1)?;
+    }
     let others = spec.runs - 1;
     // Without random numbers a run with another seed is the same run.
     let is_same =
@@ -194,6 +206,40 @@ pub fn with_ensemble(
         report.verdict = Status::Error;
     }
     Ok(report)
+}
+
+/// Prefix of the keys of values of a file of robot or bench.
+const OVERRIDE: &str = "override.";
+
+/// Draws values of a robot or bench from the distribution of an overlay.
+fn drawn(
+    scenario: &Scenario,
+    fit: &Placed<String>,
+    count: usize,
+) -> Result<Vec<Overrides>, DocumentError> {
+    let overlay = Document::read(&scenario.folder.join(&fit.value))?;
+    let distribution = FittedDistribution::read(&overlay)?;
+    let keys: Vec<&str> = distribution
+        .dimensions
+        .iter()
+        .map(|it| {
+            let of_file = it.key.value.strip_prefix(OVERRIDE);
+            of_file.ok_or_else(|| {
+                let message = format!("`{}` is a key of the scenario", it.key.value);
+                let help = "an ensemble varies values of a robot or bench, `override.…`";
+                DocumentError::from(Problem::at(&it.key.place, message, help))
+            })
+        })
+        .collect::<Result<_, _>>()?;
+    let values = distribution.points(scenario.seed, count).into_iter();
+    let overrides = values.map(|point| {
+        let pairs = keys.iter().zip(point);
+        let lines: Vec<String> = pairs
+            .map(|(key, value)| format!("{key} = {}\n", value.toml))
+            .collect();
+        Ok(Document::parse(overlay.file(), &lines.concat())?.overrides())
+    });
+    overrides.collect()
 }
 
 /// Returns the row of a run, or the reason why it did not start.

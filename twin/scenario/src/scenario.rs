@@ -98,7 +98,7 @@ pub struct Scenario {
 }
 
 /// `ensemble`
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EnsembleSpec {
     /// Number of runs, the unperturbed one included.
     pub runs: usize,
@@ -106,6 +106,8 @@ pub struct EnsembleSpec {
     pub share: f64,
     /// Difference between the runs.
     pub vary: Varied,
+    /// Overlay of a fit, relative to the scenario, whose parameters are varied.
+    pub fit: Option<Placed<String>>,
 }
 
 /// Difference between the runs of an ensemble.
@@ -115,11 +117,16 @@ pub enum Varied {
     Start,
     /// The seed of the random numbers.
     Seed,
+    /// Fitted values of the file of the robot or bench, by their distribution.
+    Fit,
 }
 
 impl Words for Varied {
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("start", Varied::Start), ("seed", Varied::Seed)];
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("start", Varied::Start),
+        ("seed", Varied::Seed),
+        ("fit", Varied::Fit),
+    ];
 }
 
 /// `[plant]`

@@ -86,14 +86,19 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     status.unwrap_or(Status::Error.exit_code())
 }
 
+/// Runs of `--uncertain`, that of the scenario included.
+const UNCERTAIN_RUNS: usize = 200;
+
 /// Returns the options that the result of a run depends on, apart from its plant.
 fn options(args: &RunArgs) -> Vec<String> {
     let set = args.set.iter();
     let set = set.map(|(key, value)| format!("--set {}", shell(&format!("{key}={value}"))));
     let seeds = args.seeds.map(|seeds| seeds.to_string());
+    let uncertain = args.uncertain.as_ref().map(|it| it.display().to_string());
     let others = [
         ("seed", &args.seed),
         ("seeds", &seeds),
+        ("uncertain", &uncertain),
         ("duration", &args.duration),
         ("until", &args.until),
         (
@@ -198,17 +203,29 @@ impl<'a> Session<'a> {
         let RunArgs {
             seed,
             seeds,
+            uncertain,
             duration,
             until,
             ..
         } = self.args;
+        let of_seeds = seeds.map(|seeds| {
+            let keys = [("runs", seeds.to_string()), ("vary", quoted("seed"))];
+            ("--seeds", keys.to_vec())
+        });
+        let of_fit = uncertain.as_deref().map(|file| {
+            // Relative to the present folder, not to the scenario.
+            let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+            let keys = [
+                ("runs", UNCERTAIN_RUNS.to_string()),
+                ("vary", quoted("fit")),
+                ("fit", quoted(&file.display().to_string())),
+            ];
+            ("--uncertain", keys.to_vec())
+        });
         // The share of a table in the file stays.
-        for (key, value) in [
-            ("runs", seeds.map(|it| it.to_string())),
-            ("vary", seeds.map(|_| quoted("seed"))),
-        ] {
-            settings.extend(value.map(|value| Setting {
-                origin: "--seeds".to_owned(),
+        for (origin, keys) in of_seeds.into_iter().chain(of_fit) {
+            settings.extend(keys.into_iter().map(|(key, value)| Setting {
+                origin: origin.to_owned(),
                 key: format!("ensemble.{key}"),
                 value,
             }));

@@ -296,6 +296,10 @@ fn line_remark(line: &Line, recorded: bool) -> String {
 fn ensemble_remark(outcome: &Outcome, ensemble: &LineEnsemble) -> String {
     let spread = &ensemble.spread;
     let mut text = format!("holds in {} of {} runs", spread.held, spread.runs);
+    if ensemble.differ_by == EnsembleKind::Parameters {
+        let [low, high] = [spread.interval.low, spread.interval.high].map(percent);
+        let _ = write!(text, " (95 %: {low} … {high})");
+    }
     if let Some(margins) = spread.margins {
         let shown = shown(&Outcome {
             margin: Some(margins.min),
@@ -403,6 +407,7 @@ fn facts(report: &Report) -> Grid {
         let by = match ensemble.differ_by {
             EnsembleKind::Starts => "from perturbed starts",
             EnsembleKind::Seeds => "with other seeds",
+            EnsembleKind::Parameters => "with other values of the fit",
         };
         let others = ensemble.spread.runs - 1;
         let share = percent(ensemble.required_share);

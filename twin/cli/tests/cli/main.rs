@@ -45,5 +45,6 @@ mod sufficient;
 mod sweep;
 mod thesis;
 mod tools;
+mod uncertain;
 mod warnings;
 mod widths;

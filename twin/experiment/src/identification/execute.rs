@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use twinrig_campaign::identification::FitSpace;
+use twinrig_campaign::identification::{FitSpace, FittedDistribution};
 use twinrig_campaign::least_squares::{Failure, Information, Minimum};
 use twinrig_campaign::sweep::SweepValue;
 use twinrig_document::{Document, parse_with_unit};
@@ -284,6 +284,7 @@ impl Fitter<'_, '_> {
             correlations,
             unknown: unknown.collect(),
             data: ranges(data),
+            distribution: FittedDistribution::of(&space.dimensions, &minimum.point, &information),
             recordings: data
                 .iter()
                 .flat_map(|it| self.residuals_of(it, &minimum.point))

@@ -1,6 +1,7 @@
 //! Result of a fit.
 
 use serde::Serialize;
+use twinrig_campaign::identification::FittedDistribution;
 
 /// Result of a fit; a function of recordings, search space, scenario and build.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,6 +24,9 @@ pub struct FitOutcome {
     pub data: Vec<DataRange>,
     /// Residuals of each recording.
     pub recordings: Vec<RecordingResidual>,
+    /// Distribution of the parameters.
+    #[serde(skip)]
+    pub distribution: FittedDistribution,
     /// Residuals of recordings that were not fitted, but predicted.
     pub validation: Vec<RecordingResidual>,
     /// Residuals of recordings that were left out in turn; empty without cross-validation.

@@ -114,6 +114,7 @@ impl FitOutcome {
         for DataRange { key, ends } in &self.data {
             let _ = writeln!(text, "{key} = [{}]", ends.join(", "));
         }
+        text.push_str(&self.distribution.toml());
         text.push_str("\n[values]\n");
         for it in &self.parameters {
             let (mark, key) = match it.key.strip_prefix(OVERRIDE) {

@@ -152,6 +152,7 @@ fn cases(study: &RobustnessStudy) -> Table {
             match result.case.kind {
                 EnsembleKind::Starts => "start".into(),
                 EnsembleKind::Seeds => "seed".into(),
+                EnsembleKind::Parameters => "values".into(),
             },
             format!("{always} of {}", all.len()).into(),
             result.horizon_text().into(),
@@ -223,6 +224,7 @@ fn facts(study: &RobustnessStudy, result: &RobustnessResult) -> Vec<String> {
     let by = match result.case.kind {
         EnsembleKind::Starts => "of runs 1 ulp apart",
         EnsembleKind::Seeds => "of runs with other seeds",
+        EnsembleKind::Parameters => "of runs with other values",
     };
     lines.push(format!(
         "predictability horizon {by}, tolerance {}: {}",
@@ -382,7 +384,9 @@ fn margin(result: &RobustnessResult, index: usize, one: &ExpectationSpread) -> O
                 let name = format!("log₁₀ of the perturbation, 1 ulp at {LAST_PLACE}");
                 AxisLabel::number(name)
             }
-            EnsembleKind::Seeds => AxisLabel::number("number of the run"),
+            EnsembleKind::Seeds | EnsembleKind::Parameters => {
+                AxisLabel::number("number of the run")
+            }
         },
         y: AxisLabel::in_unit("margin", &one.unit),
         series,

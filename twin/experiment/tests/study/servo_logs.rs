@@ -219,10 +219,20 @@ fn benches_start_from_standstill_as_the_logs_do() {
         if recordings.is_empty() {
             return;
         }
-        let found = outcome(&folder, &recordings, &format!("{NO_STEP}\n{space}"), &[], false);
+        let found = outcome(
+            &folder,
+            &recordings,
+            &format!("{NO_STEP}\n{space}"),
+            &[],
+            false,
+        );
         for it in &found.recordings {
             let [recorded, twin] = [1, 2].map(|column| start(&it.curve, column));
-            println!("{} {recorded:.4} {:+.1} ms", it.recording, 1e3 * (twin - recorded));
+            println!(
+                "{} {recorded:.4} {:+.1} ms",
+                it.recording,
+                1e3 * (twin - recorded)
+            );
         }
     }
 }

@@ -256,6 +256,37 @@ impl<'r> Assembly<'r> {
         })
     }
 
+    /// Returns the same scenario with further values of the file of its robot or model replaced.
+    ///
+    /// # Errors
+    /// Values that are not accepted.
+    pub fn with_values(&self, overrides: &Overrides) -> Result<Self, Error> {
+        let body = self
+            .body
+            .overridden(self.registry, self.scenario(), overrides)?;
+        let builder = PartBuilder {
+            body: &body,
+            ..self.part_builder()
+        };
+        let process = builder.process()?;
+        let legs = &self.facts.legs;
+        let gait = commanded_gait::of(process.variables(), self.scenario(), legs, body.robot());
+        let facts = Facts {
+            weight: body.weight(),
+            ..self.facts.clone()
+        };
+        Ok(Self {
+            registry: self.registry,
+            scene: self.scene.clone(),
+            body,
+            facts,
+            first_commands: self.first_commands.clone(),
+            gait,
+            start: self.start,
+            built: Mutex::default(),
+        })
+    }
+
     /// Returns the kinds of parts of which it is built.
     pub fn registry(&self) -> &'r Registry {
         self.registry

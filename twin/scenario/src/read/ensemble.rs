@@ -1,6 +1,7 @@
-//! Reading `ensemble`: the number of runs from perturbed starts or with other seeds.
+//! Reading `ensemble`: the number of runs from perturbed starts, with other seeds, or with other
+//! values of a fit.
 
-use twinrig_document::{Item, Range, Reported};
+use twinrig_document::{Item, Placed, Range, Reported};
 use twinrig_kernel::Unit;
 
 use crate::language::{Accepts, Key, Shape, TableSpec, Type, choice, quantity, table};
@@ -26,7 +27,7 @@ const RUNS: Type<u64> = Type::new(COUNT, |item, _| natural(item, &(LEAST..=MOST)
 
 table! {
     /// Keys of `ensemble`.
-    pub(super) ensemble_table = TableSpec::new("ensemble", "runs from perturbed starts or with other seeds");
+    pub(super) ensemble_table = TableSpec::new("ensemble", "runs from perturbed starts, with other seeds, or other values of a fit");
     RUNS: u64 = "runs", super::RUNS, "number of runs, that of the file included", "runs = 32",
         required();
     SHARE: f64 = "share", quantity(Unit::One, Range::between(0.0, 1.0)),
@@ -34,24 +35,35 @@ table! {
         default("0.95");
     VARY: Varied = "vary", choice(), "difference between the runs",
         r#"runs = 20, vary = "seed""#, default("'start'");
+    FIT: Placed<String> = "fit", Type::PLACED,
+        "overlay that `twin fit` wrote, relative to the scenario; values are drawn from its distribution",
+        r#"runs = 200, vary = "fit", fit = "xl330.fit.toml""#, otherwise("required with `vary = 'fit'`");
 }
 
 fn ensemble(item: &Item<'_>) -> Result<EnsembleSpec, Reported> {
-    use ensemble_table::{RUNS, SHARE, TABLE, VARY};
+    use ensemble_table::{FIT, RUNS, SHARE, TABLE, VARY};
     if !item.is_table() {
         let runs = natural(item, &(LEAST..=MOST))?;
-        return Ok(spec(runs, self::SHARE, Varied::Start));
+        return Ok(spec(runs, self::SHARE, Varied::Start, None));
     }
     let table = &item.table()?;
     let table = TABLE.of(table);
     let (runs, share) = (table.read(&RUNS), table.read(&SHARE));
-    Ok(spec(runs?, share?, table.read(&VARY)?))
+    let (vary, fit) = (table.read(&VARY), table.get(&FIT));
+    let (vary, fit) = (vary?, fit?);
+    if (vary == Varied::Fit) != fit.is_some() {
+        let message = "`fit` and `vary = \"fit\"` belong together";
+        let help = "write vary = \"fit\", fit = \"NAME.fit.toml\"";
+        return Err(item.report(message, help));
+    }
+    Ok(spec(runs?, share?, vary, fit))
 }
 
-fn spec(runs: u64, share: f64, vary: Varied) -> EnsembleSpec {
+fn spec(runs: u64, share: f64, vary: Varied, fit: Option<Placed<String>>) -> EnsembleSpec {
     EnsembleSpec {
         runs: usize::try_from(runs).unwrap_or(usize::MAX),
         share,
         vary,
+        fit,
     }
 }
