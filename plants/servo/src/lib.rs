@@ -27,7 +27,7 @@
 //! ```text
 //! I = (d V − k ω)/(R_w + R_s d²)             |I| ≤ I_max
 //! R_w = R (1 + α θ)        C θ' = R_w I² − C θ/T
-//! τ_m = k I                τ_g = −(m l + m_a l/2) g sin(q + q₀)
+//! τ_m = k I/(1 + |I|/I_s)  τ_g = −(m l + m_a l/2) g sin(q + q₀)
 //! (J_m + J_l) ω' = τ_m + τ_g − s τ_f         J_l = m l² + m_a l²/3
 //! ```
 //!
@@ -38,6 +38,10 @@
 //! `τ_f` ≥ 0 the friction ([`Friction`], [`Gear`]). A shaft at rest stays there while the other
 //! torques do not exceed `τ_f` at rest; the instant at which it comes to rest is located within a
 //! step.
+//!
+//! I_s is the current at which saturated iron takes half of the torque; without it τ_m = k I. Within
+//! the backlash of the gear motor and arm move alone, the arm without friction; where teeth meet,
+//! the impact is perfectly inelastic, and where they would pull, they part.
 //!
 //! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
 //! compliance of the gear.

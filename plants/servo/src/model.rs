@@ -100,6 +100,8 @@ pub(crate) struct Model {
     resistance: f64,
     constant: f64,
     current_limit: f64,
+    /// 1/I_s; zero without saturation.
+    saturation: f64,
     /// Infinite without diodes.
     diode_voltage: f64,
     /// 1/C; zero without heating.
@@ -154,6 +156,9 @@ impl Model {
             resistance: motor.resistance,
             constant,
             current_limit: motor.current_limit.unwrap_or(f64::INFINITY),
+            saturation: motor
+                .saturation_current
+                .map_or(0.0, |current| 1.0 / current),
             diode_voltage: motor.diode_voltage.unwrap_or(f64::INFINITY),
             heat_per_joule: motor.heating.map_or(0.0, |heating| 1.0 / heating.capacity),
             cooling: motor
@@ -201,7 +206,7 @@ impl Model {
             return Electric {
                 voltage: self.voltage + self.supply_resistance * braking,
                 current,
-                torque: self.constant * current,
+                torque: self.torque(current),
             };
         };
         let unlimited = (duty * self.voltage - self.constant * rate)
@@ -210,8 +215,17 @@ impl Model {
         Electric {
             voltage: self.voltage - self.supply_resistance * duty * current,
             current,
-            torque: self.constant * current,
+            torque: self.torque(current),
         }
+    }
+
+    /// Returns the torque of the motor at a current \[N·m\].
+    fn torque(&self, current: f64) -> f64 {
+        let linear = self.constant * current;
+        if self.saturation == 0.0 {
+            return linear;
+        }
+        linear / (1.0 + self.saturation * current.abs())
     }
 
     /// Returns the torque of gravity on the shaft \[N·m\].

@@ -74,6 +74,26 @@ fn supply_sags_and_current_is_limited() {
     assert_eq!(stalled(&servo), [volts - 0.5, 1.0]);
 }
 
+/// Iron that saturates takes half of the torque at its current, whatever the direction.
+#[test]
+fn torque_saturates_with_the_current() {
+    let mut servo = ideal();
+    servo.friction.coulomb = 10.0;
+    servo.controller.gain = 1e5;
+    let outputs = ["servo/current", "servo/torque"];
+    let held = |servo: &ServoBenchParameters, command: f64| {
+        Run::new(servo, &outputs, [0.0, 0.0]).at(5e-3, [command, 1.0])
+    };
+    let stall = servo.supply.voltage / servo.motor.resistance;
+    for (current, share) in [(stall, 0.5), (3.0 * stall, 0.75), (stall / 4.0, 0.2)] {
+        servo.motor.saturation_current = Some(current);
+        let torque = share * servo.motor.torque_constant * stall;
+        let [up, down] = [3.0, -3.0].map(|command| held(&servo, command));
+        assert!((up[0] - stall).abs() < 1e-12 && (up[1] - torque).abs() < 1e-12);
+        assert_eq!(down, [-up[0], -up[1]]);
+    }
+}
+
 /// A held arm: the current of a constant duty cycle falls as its power heats the winding.
 #[test]
 fn winding_heats_up_by_its_power_and_cools_exponentially() {
