@@ -80,6 +80,11 @@ table! {
         r#"state = "servo/angle""#, required();
     SIGNAL_: String = "signal", Type::TEXT, "recorded signal, whose first value it has",
         r#"signal = "servo/position""#, required();
+    MINUS: String = "minus", Type::TEXT,
+        "value of the signal at which the state is zero, in the unit of the signal",
+        r#"signal = "servo/temperature", minus = "302.15 K""#, otherwise("0");
+    TIMES: f64 = "times", quantity(Unit::One, Range::ANY),
+        "factor of the difference", "times = 4", default("1");
 }
 
 table! {
@@ -118,6 +123,10 @@ pub struct StartSpec {
     pub state: String,
     /// Recorded signal.
     pub signal: String,
+    /// Value of the signal at which the state is zero, as the file has it.
+    pub minus: Option<String>,
+    /// Factor of the difference to it.
+    pub times: f64,
 }
 
 /// A signal that is compared.
@@ -358,13 +367,16 @@ fn prior(item: &Item<'_>, dimensions: &[SpaceDimension]) -> Result<Prior, Report
 }
 
 fn start(item: &Item<'_>) -> Result<StartSpec, Reported> {
-    use start_table::{SIGNAL_, STATE};
+    use start_table::{MINUS, SIGNAL_, STATE, TIMES};
     let table = &item.table()?;
     let keys = start_table::TABLE.of(table);
     let (state, signal) = (keys.read(&STATE), keys.read(&SIGNAL_));
+    let (minus, times) = (keys.get(&MINUS), keys.read(&TIMES));
     Ok(StartSpec {
         state: state?,
         signal: signal?,
+        minus: minus?,
+        times: times?,
     })
 }
 

@@ -43,10 +43,10 @@ pub enum FitError {
     /// The twin has no such signal.
     #[error("{0}")]
     Playback(#[from] twinrig_rig::playback::PlaybackError),
-    /// A value of `[[residual]]` is no positive quantity of the unit of its signal.
+    /// A value of `[[residual]]` or `[[start]]` is no quantity of the unit of its signal.
     #[error("`{key}` of `{signal}`: {why}")]
     Distance {
-        /// `deviation` or `spike`.
+        /// `deviation`, `spike` or `minus`.
         key: &'static str,
         /// The signal.
         signal: String,

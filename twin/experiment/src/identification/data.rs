@@ -86,7 +86,13 @@ impl FitData {
         }
         let mut start = Vec::new();
         for state in &space.start {
-            let first = signal(&state.signal, None)?.values.first().copied();
+            let series = signal(&state.signal, None)?;
+            let minus = state.minus.as_deref();
+            let minus = minus
+                .map(|text| quantity(&series, "minus", text))
+                .transpose()?;
+            let value = |first: &f64| state.times * (first - minus.unwrap_or(0.0));
+            let first = series.values.first().map(value);
             start.extend(first.map(|first| (state.state.clone(), first)));
         }
         let settings = recording.notes().filter_map(|(key, value)| {
@@ -134,18 +140,11 @@ impl Compared {
     }
 
     fn of(series: Series, spec: &ResidualSpec) -> Result<Self, FitError> {
-        let symbol = &series.signal.unit;
-        let unit = Unit::ALL.iter().find(|unit| unit.symbol() == symbol);
         let positive = |key: &'static str, text: &str| {
-            let bad = |why: String| FitError::Distance {
-                key,
-                signal: spec.signal.value.clone(),
-                why,
-            };
-            let number = parse_quantity(text, unit.copied().unwrap_or(Unit::One));
-            let number = number.map_err(|error| bad(error.to_string()))?;
+            let number = quantity(&series, key, text)?;
             if number <= 0.0 {
-                return Err(bad("it is not positive".to_owned()));
+                let why = "it is not positive".to_owned();
+                return Err(bad_quantity(&series, key, why));
             }
             Ok(number)
         };
@@ -162,6 +161,19 @@ impl Compared {
             spikes,
         })
     }
+}
+
+/// Returns the number of a key in the unit of a signal.
+fn quantity(series: &Series, key: &'static str, text: &str) -> Result<f64, FitError> {
+    let symbol = &series.signal.unit;
+    let unit = Unit::ALL.iter().find(|unit| unit.symbol() == symbol);
+    let number = parse_quantity(text, unit.copied().unwrap_or(Unit::One));
+    number.map_err(|error| bad_quantity(series, key, error.to_string()))
+}
+
+fn bad_quantity(series: &Series, key: &'static str, why: String) -> FitError {
+    let signal = series.signal.name.clone();
+    FitError::Distance { key, signal, why }
 }
 
 /// Returns the indices of the samples that are not further than `spike` from both neighbours.
