@@ -69,7 +69,8 @@ record! {
         pub current_limit: Option<f64> = Optional(quantity(Unit::Ampere, ranges::CURRENT)),
         /// Current at which the torque is half of the product of torque constant and current, as
         /// iron saturates: τ = k I/(1 + |I|/I_s); without it the torque is in proportion \[A\].
-        pub saturation_current: Option<f64> = Optional(quantity(Unit::Ampere, ranges::CURRENT)),
+        pub saturation_current: Option<f64> =
+            Optional(quantity(Unit::Ampere, ranges::SATURATION)),
         /// Voltage of the two diodes through which an open bridge conducts into the supply what the
         /// motor induces above both; without it an open bridge has no current \[V\].
         pub diode_voltage: Option<f64> = Optional(quantity(Unit::Volt, ranges::DIODES)),

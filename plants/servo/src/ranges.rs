@@ -13,6 +13,8 @@ pub(crate) const RESISTANCE: Range = Range::between(1e-3, 1e4);
 pub(crate) const TORQUE_CONSTANT: Range = Range::between(1e-4, 100.0);
 pub(crate) const INERTIA: Range = Range::between(1e-8, 10.0);
 pub(crate) const CURRENT: Range = Range::positive_to(1e3);
+/// With the upper end iron does not saturate.
+pub(crate) const SATURATION: Range = Range::positive_to(1e9);
 pub(crate) const HEAT_CAPACITY: Range = Range::between(1e-4, 1e6);
 pub(crate) const COOLING: Range = Range::between(1e-2, 1e6);
 pub(crate) const TORQUE: Range = Range::between(0.0, 100.0);

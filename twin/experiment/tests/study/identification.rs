@@ -37,7 +37,7 @@ group = "commanded"
 /// The bench of the script. The deviation is that of its noise and of a count.
 const SPACE: &str = r#"
 generations = 0
-set = { plant.file = "xl330", override.load.mass = "0.49 kg", override.load.length = "10 cm", override.supply.voltage = "7.4 V", override.supply.resistance = "0 ohm", override.motor.heating.capacity = "1e6 J/K", override.gear.driving_square = 0, override.gear.static_driving = 0, override.gear.static_driven = 0, override.controller.gain = 800 }
+set = { plant.file = "xl330", override.load.mass = "0.49 kg", override.load.length = "10 cm", override.supply.voltage = "7.4 V", override.supply.resistance = "0 ohm", override.motor.heating.capacity = "1e6 J/K", override.motor.saturation_current = "1e9 A", override.gear.driving_square = 0, override.gear.static_driving = 0, override.gear.static_driven = 0, override.controller.gain = 800 }
 
 [[residual]]
 signal = "servo/position"

@@ -89,11 +89,11 @@ fn errors(folder: &Folder, recordings: &[PathBuf], space: &str, set: &[(&str, &s
 const XL330: &str = r#"
 set = { plant.file = "xl330" }
 residual = [{ signal = "servo/position", twin = "servo/reading", deviation = "10 mrad" }]
-start = [{ state = "servo/angle", signal = "servo/position" }]
-dimension = [{ key = "override.controller.reading_delay", from = "4.783 ms", to = "6.783 ms" }]
+start = [{ state = "servo/angle", signal = "servo/position" }, { state = "servo/winding/temperature_rise", signal = "servo/temperature", minus = "302.15 K", times = 4 }]
+dimension = [{ key = "override.controller.reading_delay", from = "4.265 ms", to = "6.265 ms" }]
 "#;
 
-/// 13.5 mrad and 24.2 mrad when the parameters were fitted.
+/// 10.8 mrad and 18.1 mrad when the parameters were fitted.
 #[test]
 fn bench_of_the_xl330_follows_the_logs() {
     let folder = Folder::new("xl330");
@@ -105,7 +105,7 @@ fn bench_of_the_xl330_follows_the_logs() {
     let of = |set: &[(&str, &str)]| errors(&folder, &recordings, XL330, set);
     let [mean, worst] = of(&[]);
     assert!(
-        (12.5..14.5).contains(&mean) && worst < 26.0,
+        (10.0..11.8).contains(&mean) && worst < 20.0,
         "{mean} {worst}"
     );
     // Each part is needed.
@@ -114,6 +114,7 @@ fn bench_of_the_xl330_follows_the_logs() {
         ("override.gear.static_driving", "0"),
         ("override.gear.static_driven", "0"),
         ("override.motor.heating.capacity", "\"1e6 J/K\""),
+        ("override.motor.saturation_current", "\"1e9 A\""),
     ] {
         let [without, _] = of(&[(key, value)]);
         assert!(without > 1.2 * mean, "{key} {without}");
@@ -155,7 +156,7 @@ fn free_swings_of_the_benches_pass_the_lowest_point_as_the_logs_do() {
     let sts3215 = ("sts3215", "servo-bench-sts.toml", "-kp16-", STS3215);
     let sts3250 = ("", "servo-bench-sts.toml", "sts3250-", STS3250);
     for ((of, mapping, bench, space), logs, passage_s, turn) in [
-        (xl330, 3, 8e-3, 0.14),
+        (xl330, 3, 10e-3, 0.25),
         (sts3215, 8, 31e-3, 0.08),
         (sts3250, 1, 3e-3, 0.01),
     ] {
@@ -199,22 +200,32 @@ fn free_swings_of_the_benches_pass_the_lowest_point_as_the_logs_do() {
     }
 }
 
-/// Returns the instant at which an angle, recorded (1) or computed (2), has left its start by some
+/// Returns the instant at which an angle, recorded (1) or computed (2), has left its start by three
 /// counts of the encoder \[s\].
 fn start(curve: &[[f64; 3]], column: usize) -> f64 {
+    const COUNTS: f64 = 4.6e-3;
     let from = curve[0][column];
-    let mut left = curve.iter().filter(|it| (it[column] - from).abs() > 4.5e-3);
-    left.next().unwrap()[0]
+    let away = |point: &[f64; 3]| (point[column] - from).abs() - COUNTS;
+    let mut pairs = curve.windows(2);
+    let pair = pairs.find(|pair| away(&pair[1]) > 0.0).unwrap();
+    let [before, after] = [away(&pair[0]), away(&pair[1])];
+    pair[0][0] - (pair[1][0] - pair[0][0]) * before / (after - before)
 }
 
-/// From standstill the twin moves within one period of the loop.
+/// The goal of one period of the loop (5 ms) is missed: the XL330 starts later than its logs, as its
+/// friction at rest is that of its slow motion under load. The bounds are those of the parameters
+/// when they were fitted.
 #[test]
 fn benches_start_from_standstill_as_the_logs_do() {
     let folder = Folder::new("starts");
     let xl330 = ("", "servo-bench-xl330.toml", "xl330-", XL330);
     let sts3215 = ("sts3215", "servo-bench-sts.toml", "-kp16-", STS3215);
     let sts3250 = ("", "servo-bench-sts.toml", "sts3250-", STS3250);
-    for (of, mapping, bench, space) in [xl330, sts3215, sts3250] {
+    for ((of, mapping, bench, space), least, greatest) in [
+        (xl330, 0.0, 0.05),
+        (sts3215, -0.03, 0.01),
+        (sts3250, -0.02, 0.02),
+    ] {
         let recordings = recordings(&folder, of, mapping, &[bench]);
         if recordings.is_empty() {
             return;
@@ -226,14 +237,15 @@ fn benches_start_from_standstill_as_the_logs_do() {
             &[],
             false,
         );
-        for it in &found.recordings {
+        let late = found.recordings.iter().map(|it| {
             let [recorded, twin] = [1, 2].map(|column| start(&it.curve, column));
-            println!(
-                "{} {recorded:.4} {:+.1} ms",
-                it.recording,
-                1e3 * (twin - recorded)
-            );
-        }
+            println!("{} {:+.1} ms", it.recording, 1e3 * (twin - recorded));
+            twin - recorded
+        });
+        let mut late: Vec<f64> = late.collect();
+        late.sort_by(f64::total_cmp);
+        let median = late[late.len() / 2];
+        assert!((least..greatest).contains(&median), "{bench} {late:?}");
     }
 }
 
