@@ -1,7 +1,8 @@
 //! Motion within the backlash of the gear, where motor and arm are apart.
 
-use crate::model::{Bridge, Model, State, Stepped, Works};
+use crate::model::{Bridge, Model, State};
 use crate::shaft::Shaft;
+use crate::step::{Stepped, Works};
 
 /// Steps of bisection to the instant at which teeth meet: to the last bit.
 const BISECTIONS: usize = 52;

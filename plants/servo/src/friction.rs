@@ -47,11 +47,11 @@ record! {
 }
 
 record! {
-    /// Backlash, and losses of the gear by the torque τ_t that it transmits to the arm, whose inertia is
-    /// included: μ |τ_t|. μ depends on the direction of power: from the motor to the load
-    /// (`driving`), or from the load to the motor (`driven`). At rest it is greater by the static
-    /// share, which vanishes over a rate of its own: μ(ω) = μ + μ_s exp(−|ω|/ω_s). A driving gear
-    /// loses a square κ τ_t² besides.
+    /// Backlash, and losses of the gear by the torque τ_t that it transmits to the arm, whose
+    /// inertia is included: μ |τ_t|. μ depends on the direction of power: from the motor to the
+    /// load (`driving`), or from the load to the motor (`driven`). At rest it is greater by the
+    /// static share, which vanishes over a rate of its own: μ(ω) = μ + μ_s exp(−|ω|/ω_s). A driving
+    /// gear loses a square κ τ_t² besides.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Gear = "[gear]" {
         /// Backlash: angle that the arm has free while the motor is held \[rad\].

@@ -3,13 +3,12 @@
 use toml_edit::{Item, TableLike};
 use twinrig_kernel::Unit;
 
-use crate::document::Document;
 use crate::error::{Problem, Warning};
-use crate::node::Value;
+use crate::node::{Node, Value};
 use crate::quantity::parse_with_unit;
 
-/// Table of an overlay with the ranges of its data: keys of the file that includes it, each with the
-/// least and the greatest value.
+/// Table of an overlay with the ranges of its data: keys of the file that includes it, each with
+/// the least and the greatest value.
 const DATA: [&str; 2] = ["fit", "data"];
 /// Code of the warning for a value outside of them.
 const BEYOND_FIT: &str = "beyond-fit";
@@ -33,6 +32,34 @@ impl FittedRange {
             collect(overlay, table, &mut Vec::new(), &mut ranges);
         }
         ranges
+    }
+
+    /// Returns a warning about a value of a document outside of the range.
+    pub(crate) fn warning(&self, root: &Node) -> Option<Warning> {
+        let node = root.find(&self.keys)?;
+        let text = match &node.value {
+            Value::Text(text) | Value::Integer(text) | Value::Float(text) => text,
+            _ => return None,
+        };
+        let [(least, unit), (greatest, other)] = self.values()?;
+        let (value, own) = parse_with_unit(text)?;
+        // Of the last digits of a conversion.
+        let slack = 1e-9 * least.abs().max(greatest.abs());
+        let is_within = value >= least - slack && value <= greatest + slack;
+        if is_within || [other, own] != [unit; 2] {
+            return None;
+        }
+        let [from, to] = &self.ends;
+        let key = self.keys.join(".");
+        let message = format!(
+            "`{key}` is outside of the data of {}, from {from} to {to}",
+            self.overlay
+        );
+        let help = "parameters that were fitted to these data are extrapolated";
+        Some(Warning {
+            code: BEYOND_FIT,
+            problem: Problem::at(&node.place, message, help),
+        })
     }
 
     /// Returns the least and the greatest value.
@@ -66,39 +93,5 @@ fn collect(
             }
         }
         path.pop();
-    }
-}
-
-impl Document {
-    /// Returns a warning for each value outside of the data to which parameters of an included
-    /// overlay were fitted.
-    pub fn beyond_fits(&self) -> Vec<Warning> {
-        let found = self.fitted.iter().filter_map(|range| {
-            let node = self.root.find(&range.keys)?;
-            let text = match &node.value {
-                Value::Text(text) | Value::Integer(text) | Value::Float(text) => text.clone(),
-                _ => return None,
-            };
-            let [(least, unit), (greatest, other)] = range.values()?;
-            let (value, own) = parse_with_unit(&text)?;
-            // Of the last digits of a conversion.
-            let slack = 1e-9 * least.abs().max(greatest.abs());
-            let is_within = value >= least - slack && value <= greatest + slack;
-            if is_within || [other, own] != [unit; 2] {
-                return None;
-            }
-            let [from, to] = &range.ends;
-            let key = range.keys.join(".");
-            let message = format!(
-                "`{key}` is outside of the data of {}, from {from} to {to}",
-                range.overlay
-            );
-            let help = "parameters that were fitted to these data are extrapolated";
-            Some(Warning {
-                code: BEYOND_FIT,
-                problem: Problem::at(&node.place, message, help),
-            })
-        });
-        found.collect()
     }
 }

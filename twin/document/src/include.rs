@@ -5,7 +5,7 @@ use std::path::Path;
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use crate::document::Document;
-use crate::error::{DocumentError, Problem};
+use crate::error::{DocumentError, Problem, Warning};
 use crate::fitted::FittedRange;
 
 /// Key of the root with the path of an overlay, or a list of them.
@@ -61,6 +61,15 @@ impl Document {
         let mut whole = Document::parse(self.file(), &format!("# Included: {named}\n{text}"))?;
         whole.fitted = fitted;
         Ok(whole)
+    }
+
+    /// Returns a warning for each value outside of the data to which parameters of an included
+    /// overlay were fitted.
+    pub fn beyond_fits(&self) -> Vec<Warning> {
+        let found = self.fitted.iter();
+        found
+            .filter_map(|range| range.warning(&self.root))
+            .collect()
     }
 }
 
@@ -163,7 +172,7 @@ mod tests {
             document = document.with_overlays(&folder).unwrap();
             let scenario = format!("override.load.mass = '{mass}'");
             let scenario = Document::parse("s.toml", &scenario).unwrap();
-            let overrides = scenario.check(|root| Ok(root.get("override").unwrap().overrides()));
+            let overrides = scenario.check(|root| root.get("override").unwrap().overrides());
             document.override_with(&overrides.unwrap()).unwrap();
             let found = document.beyond_fits().into_iter();
             let found: Vec<String> = found.map(|it| it.problem.message).collect();

@@ -10,8 +10,8 @@ use crate::optimization::space::SpaceDimension;
 use crate::sweep::SweepValue;
 use crate::sweep::read::interval;
 
-/// Standard deviation of a direction that the data do not tell, as a share of the ranges: that of an
-/// even distribution over a range.
+/// Standard deviation of a direction that the data do not tell, as a share of the ranges: that of
+/// an even distribution over a range.
 const UNKNOWN: f64 = 0.289;
 /// Draws outside of the ranges that are repeated; then the nearest point within them is taken.
 const REPEATED_MOST: usize = 1000;

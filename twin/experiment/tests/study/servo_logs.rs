@@ -212,9 +212,8 @@ fn start(curve: &[[f64; 3]], column: usize) -> f64 {
     pair[0][0] - (pair[1][0] - pair[0][0]) * before / (after - before)
 }
 
-/// The goal of one period of the loop (5 ms) is missed: the XL330 starts later than its logs, as its
-/// friction at rest is that of its slow motion under load. The bounds are those of the parameters
-/// when they were fitted.
+/// The goal of one period of the loop (5 ms) is missed: the XL330 starts later than its logs. The
+/// bounds are those of the parameters when they were fitted.
 #[test]
 fn benches_start_from_standstill_as_the_logs_do() {
     let folder = Folder::new("starts");

@@ -30,8 +30,9 @@ mod code {
     pub(super) const PAYLOAD: &str = "payload-beyond-trunk";
 }
 
-/// Returns a warning for each contradiction, and those of the file. Every run asks, so that it takes some equilibria of a
-/// leg and no more. A leg that forms no pantograph has no warning: it is an error elsewhere.
+/// Returns a warning for each contradiction, and those of the file. Every run asks, so that it
+/// takes some equilibria of a leg and no more. A leg that forms no pantograph has no warning: it is
+/// an error elsewhere.
 pub(crate) fn warnings(file: &RobotFile, robot: &Robot) -> Vec<Warning> {
     let warning = |code, key: &str, message: String, help: &str| Warning {
         code,
