@@ -23,6 +23,7 @@ fn ideal() -> ServoBenchParameters {
     servo.friction = frictionless();
     servo.gear = Gear::IDEAL;
     servo.motor.heating = None;
+    servo.motor.saturation_current = None;
     servo.supply.resistance = 0.0;
     servo.load.offset = 0.0;
     (
