@@ -39,9 +39,9 @@
 //! torques do not exceed `τ_f` at rest; the instant at which it comes to rest is located within a
 //! step.
 //!
-//! I_s is the current at which saturated iron takes half of the torque; without it τ_m = k I.
-//! Within the backlash of the gear motor and arm move alone, the arm without friction; where teeth
-//! meet, the impact is perfectly inelastic, and where they would pull, they part.
+//! `I_s` is the current at which saturated iron takes half of the torque; without it the torque is
+//! k I. Within the backlash of the gear motor and arm move alone, the arm without friction; where
+//! teeth meet, the impact is perfectly inelastic, and where they would pull, they part.
 //!
 //! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
 //! compliance of the gear.

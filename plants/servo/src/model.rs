@@ -67,7 +67,7 @@ pub(crate) struct Model {
     resistance: f64,
     constant: f64,
     current_limit: f64,
-    /// 1/I_s; zero without saturation.
+    /// `1/I_s`; zero without saturation.
     saturation: f64,
     /// Infinite without diodes.
     diode_voltage: f64,

@@ -19,7 +19,7 @@ pub(crate) fn now() -> Duration {
     fixed.map_or_else(present, Duration::from_secs)
 }
 
-/// Returns a time since 1970 as the schemas of JUnit files require it: UTC, without a zone.
+/// Returns a time since 1970 as the schemas of `JUnit` require it: UTC, without a zone.
 pub(crate) fn timestamp(since_1970: Duration) -> String {
     let seconds = since_1970.as_secs();
     let (days, second) = (seconds / 86_400, seconds % 86_400);

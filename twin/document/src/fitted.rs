@@ -37,9 +37,8 @@ impl FittedRange {
     /// Returns a warning about a value of a document outside of the range.
     pub(crate) fn warning(&self, root: &Node) -> Option<Warning> {
         let node = root.find(&self.keys)?;
-        let text = match &node.value {
-            Value::Text(text) | Value::Integer(text) | Value::Float(text) => text,
-            _ => return None,
+        let (Value::Text(text) | Value::Integer(text) | Value::Float(text)) = &node.value else {
+            return None;
         };
         let [(least, unit), (greatest, other)] = self.values()?;
         let (value, own) = parse_with_unit(text)?;

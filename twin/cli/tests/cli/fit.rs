@@ -341,6 +341,10 @@ fn mistakes_are_reported_before_the_search() {
     assert!(error.contains("is set for all runs, by `set`"), "{error}");
     let error = changed("deviation = \"1 mrad\"", "deviation = \"1 mm\"");
     assert!(error.contains("`deviation` of `servo/position`"), "{error}");
+    let start = "[[start]]\nstate = \"servo/angle\"\nsignal = \"servo/position\"\nminus = \"1 kg\"\n\n\
+                 [[residual]]";
+    let error = changed("[[residual]]", start);
+    assert!(error.contains("`minus` of `servo/position`"), "{error}");
 }
 
 /// Returns the one object of an output.
