@@ -8,15 +8,25 @@ use crate::step::{Stepped, Works};
 const BISECTIONS: usize = 52;
 
 impl Model {
-    /// Parts the teeth where the arm is pulled by those that only push.
+    /// Parts the teeth where motor and arm, each alone, move away from one another: where the teeth
+    /// would have to pull. The friction is that of the motor alone, so that teeth that part do not
+    /// meet at once.
     pub(crate) fn part(&self, bridge: Bridge, state: &mut State) {
         if state.loose.is_some() {
             return;
         }
-        let shaft = Shaft::whole(self, bridge, state.rise);
-        if shaft.transmitted(state.angle, state.rate) * state.lead < 0.0 {
+        let motor = Shaft::motor(self, bridge, state.rise).acceleration(state.rate);
+        let arm = self.gravity(state.angle) / self.load_inertia;
+        if (motor - arm) * state.lead < 0.0 {
             state.loose = Some(state.rate);
         }
+    }
+
+    /// Whether the teeth touch on the side on which they carry the arm.
+    pub(crate) fn is_carried(&self, state: &State) -> bool {
+        let mut meshed = *state;
+        self.mesh(&mut meshed, None);
+        meshed == *state
     }
 
     /// Sets the lead of the motor and its rate; without them the teeth touch on the side on which
@@ -27,6 +37,10 @@ impl Model {
         let (lead, rate) = gap.unwrap_or((half.copysign(carried), state.rate));
         state.lead = lead.clamp(-half, half);
         state.loose = (lead.abs() < half).then_some(rate);
+        if state.loose.is_none() && rate != state.rate {
+            // The gap of the state was wider.
+            self.meet(state, rate);
+        }
     }
 
     /// A step of the motor, whose rate is given, and of the arm beside it, at most to where teeth
@@ -64,7 +78,7 @@ impl Model {
     }
 
     /// A perfectly inelastic impact of motor and arm; returns the energy that is lost.
-    fn meet(&self, state: &mut State, motor_rate: f64) -> f64 {
+    pub(crate) fn meet(&self, state: &mut State, motor_rate: f64) -> f64 {
         let (own, load) = (self.motor_inertia, self.load_inertia);
         let apart = motor_rate - state.rate;
         state.rate = (own * motor_rate + load * state.rate) / (own + load);

@@ -33,13 +33,6 @@ pub(crate) struct State {
     pub loose: Option<f64>,
 }
 
-impl State {
-    /// Rate of the motor \[rad/s\].
-    pub(crate) fn motor_rate(&self) -> f64 {
-        self.loose.unwrap_or(self.rate)
-    }
-}
-
 /// Command of the bridge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Bridge {
@@ -134,7 +127,12 @@ impl Model {
                 .map_or(0.0, |time| 1.0 / time),
             motor_inertia: motor.inertia,
             load_inertia,
-            half_gap: 0.5 * parameters.gear.backlash,
+            // Without a load nothing is on the other side of the gap.
+            half_gap: if load_inertia > 0.0 {
+                0.5 * parameters.gear.backlash
+            } else {
+                0.0
+            },
             weight: moment * GRAVITY,
             offset: load.offset,
             friction: parameters.friction,

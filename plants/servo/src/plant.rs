@@ -362,7 +362,8 @@ impl Plant for ServoBench {
         let [angle, rate] = self.motion_at(self.now);
         let state = PlantState::at(self.now).with(ANGLE, &[angle]);
         let state = state.with(RATE, &[rate]).with(RISE, &[self.state.rise]);
-        if self.model.half_gap == 0.0 {
+        // A state without these begins with teeth that carry the arm, wherever that is.
+        if self.model.half_gap == 0.0 || self.model.is_carried(&self.state) {
             return Some(state);
         }
         let motor_rate = self.state.loose.unwrap_or(rate);
@@ -390,7 +391,10 @@ impl Plant for ServoBench {
         self.firmware.restart(angle);
         (self.now, self.tick, self.bridge) = (from.time, from.time, Bridge::Open);
         self.restart();
-        let known = [ANGLE, RATE, RISE, LEAD, MOTOR_RATE];
+        let mut known = vec![ANGLE, RATE, RISE];
+        if self.model.half_gap > 0.0 {
+            known.extend([LEAD, MOTOR_RATE]);
+        }
         let unknown = from.iter().filter(|(name, _)| !known.contains(name));
         let lines = unknown.map(|(name, _)| format!("{name} is not a state of this plant"));
         Ok(lines.collect())

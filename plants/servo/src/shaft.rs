@@ -80,21 +80,14 @@ impl<'m> Shaft<'m> {
         }
     }
 
-    /// Returns the torque from the motor to the arm, less losses of the gear, times the inertia of
-    /// both, where `motor` enters the gear and `external` acts on the arm, in the direction of
-    /// motion.
-    fn excess(&self, motor: f64, external: f64) -> f64 {
-        self.model.load_inertia * motor - self.model.motor_inertia * external
-    }
-
     /// Returns the torque that the gear loses, where `motor` enters it and `external` acts on the
     /// arm, both in the direction of motion. The transmitted torque x follows from the equations of
     /// the arm, `J_l ω' = x + τ_g`, and of the motor, `J_m ω' = τ_m − x − loss(x)`; its sign is
-    /// that of the excess.
+    /// that of `excess`.
     fn gear_loss(&self, rate: f64, motor: f64, external: f64) -> f64 {
         let gear = &self.model.gear;
         let (own, load) = (self.model.motor_inertia, self.model.load_inertia);
-        let excess = self.excess(motor, external);
+        let excess = load * motor - own * external;
         if excess < 0.0 {
             let share = gear.driven_share(rate);
             return -share * excess / (own + load * (1.0 - share));
@@ -110,16 +103,12 @@ impl<'m> Shaft<'m> {
         (share + square * transmitted) * transmitted
     }
 
-    /// Returns a torque of the sign of that which the gear transmits to the arm.
-    pub(crate) fn transmitted(&self, angle: f64, rate: f64) -> f64 {
-        let model = self.model;
-        let external = model.gravity(angle);
-        let Some(direction) = self.direction(angle, rate) else {
-            return -external;
-        };
-        let motor = model.electric(self.bridge, rate, self.rise).torque;
-        let simple = model.friction.torque(rate, motor, external);
-        direction * self.excess(motor * direction - simple, external * direction)
+    /// Returns the acceleration of the motor alone; zero where friction holds it.
+    pub(crate) fn acceleration(&self, rate: f64) -> f64 {
+        let direction = self.direction(0.0, rate);
+        direction.map_or(0.0, |direction| {
+            self.forces([0.0, rate], direction).acceleration
+        })
     }
 
     /// Returns the direction of motion, in which a shaft at rest starts; none where friction holds

@@ -83,9 +83,15 @@ impl Model {
             counts.events += 1;
             left -= taken;
         }
-        let current = self
-            .electric(bridge, state.motor_rate(), state.rise)
-            .current;
+        // After too many events motor and arm go on together, so that no time is lost.
+        if let Some(rate) = state.loose {
+            works.friction += self.meet(state, rate);
+            if let Some(Stepped { taken, current }) = self.joint_step(bridge, state, left, works) {
+                self.warm(current, state, taken);
+                left -= taken;
+            }
+        }
+        let current = self.electric(bridge, state.rate, state.rise).current;
         self.warm(current, state, left);
     }
 
