@@ -44,8 +44,8 @@
 //! teeth meet, the impact is perfectly inelastic, and where they would pull, they part.
 //!
 //! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
-//! compliance of the gear. The induced voltage is k ω also where iron saturates: a motor that brakes
-//! then heats its winding by more than it takes from the shaft, as if saturation were a loss.
+//! compliance of the gear. The induced voltage is k ω also where iron saturates: a motor that
+//! brakes then heats its winding by more than it takes from the shaft, as if saturation were a loss.
 
 mod backlash;
 mod error;

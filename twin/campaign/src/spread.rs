@@ -187,6 +187,20 @@ impl ExpectationSpread {
         names.map(|one| Self::of(&one.name, members)).collect()
     }
 
+    /// Evaluates the expectations of a run over others, which alone count, as draws from a
+    /// distribution to which that run need not belong.
+    pub fn over_draws(run: &Member, draws: &[Member]) -> Vec<Self> {
+        let of_run = Self::all(std::slice::from_ref(run)).into_iter();
+        of_run
+            .map(|own| Self {
+                verdict: own.verdict,
+                margin: own.margin,
+                unit: own.unit,
+                ..Self::of(&own.name, draws)
+            })
+            .collect()
+    }
+
     fn of(name: &str, members: &[Member]) -> Self {
         let outcomes: Vec<_> = members
             .iter()

@@ -255,7 +255,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000), conflicts_with = "port")]
     pub seeds: Option<u64>,
     /// Judge the expectations over values drawn from the distribution that `twin fit` has written
-    /// to FILE; short for --set 'ensemble={runs=200,vary="fit",fit="FILE"}'
+    /// to FILE; short for --set 'ensemble={runs=200,fit="FILE"}'
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seeds", "port"])]
     pub uncertain: Option<PathBuf>,
     /// Duration of the run; short for --set duration=DURATION

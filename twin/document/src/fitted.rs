@@ -1,10 +1,10 @@
 //! Values outside of the data to which the parameters of an overlay were fitted.
 
-use toml_edit::{Item, TableLike};
+use toml_edit::{TableLike, Value};
 use twinrig_kernel::Unit;
 
 use crate::error::{Problem, Warning};
-use crate::node::{Node, Value};
+use crate::node::{self, Node};
 use crate::quantity::parse_with_unit;
 
 /// Table of an overlay with the ranges of its data: keys of the file that includes it, each with
@@ -24,20 +24,26 @@ pub(crate) struct FittedRange {
 }
 
 impl FittedRange {
-    /// Returns the ranges that an overlay states; those that are not two values are left out.
-    pub(crate) fn of(overlay: &str, root: &dyn TableLike) -> Vec<Self> {
-        let data = root.get(DATA[0]).and_then(|fit| fit.get(DATA[1]));
+    /// Returns the ranges that an overlay states.
+    ///
+    /// # Errors
+    /// The key of one that is no range.
+    pub(crate) fn of(overlay: &str, root: &dyn TableLike) -> Result<Vec<Self>, String> {
+        let Some(data) = root.get(DATA[0]).and_then(|fit| fit.get(DATA[1])) else {
+            return Ok(Vec::new());
+        };
+        let table = data.as_table_like().ok_or_else(|| DATA.join("."))?;
         let mut ranges = Vec::new();
-        if let Some(table) = data.and_then(Item::as_table_like) {
-            collect(overlay, table, &mut Vec::new(), &mut ranges);
-        }
-        ranges
+        collect(overlay, table, &mut Vec::new(), &mut ranges)?;
+        Ok(ranges)
     }
 
     /// Returns a warning about a value of a document outside of the range.
     pub(crate) fn warning(&self, root: &Node) -> Option<Warning> {
         let node = root.find(&self.keys)?;
-        let (Value::Text(text) | Value::Integer(text) | Value::Float(text)) = &node.value else {
+        let (node::Value::Text(text) | node::Value::Integer(text) | node::Value::Float(text)) =
+            &node.value
+        else {
             return None;
         };
         let [(least, unit), (greatest, other)] = self.values()?;
@@ -61,10 +67,12 @@ impl FittedRange {
         })
     }
 
-    /// Returns the least and the greatest value.
+    /// Returns the least and the greatest value; none where they are no range.
     fn values(&self) -> Option<[(f64, Unit); 2]> {
         let [least, greatest] = &self.ends;
-        Some([parse_with_unit(least)?, parse_with_unit(greatest)?])
+        let ends @ [(from, unit), (to, other)] =
+            [parse_with_unit(least)?, parse_with_unit(greatest)?];
+        (from <= to && unit == other).then_some(ends)
     }
 }
 
@@ -73,24 +81,35 @@ fn collect(
     table: &dyn TableLike,
     path: &mut Vec<String>,
     ranges: &mut Vec<FittedRange>,
-) {
+) -> Result<(), String> {
     for (key, item) in table.iter() {
         path.push(key.to_owned());
         if let Some(inner) = item.as_table_like() {
-            collect(overlay, inner, path, ranges);
-        } else if let Some(ends) = item.as_array() {
-            let mut ends = ends.iter().map(|end| match end.as_str() {
-                Some(text) => text.to_owned(),
-                None => end.to_string().trim().to_owned(),
-            });
-            if let (Some(least), Some(greatest), None) = (ends.next(), ends.next(), ends.next()) {
-                ranges.push(FittedRange {
+            collect(overlay, inner, path, ranges)?;
+        } else {
+            let range = item.as_array().and_then(|ends| {
+                let mut ends = ends.iter().map(text);
+                let (least, greatest) = (ends.next()?, ends.next()?);
+                let range = FittedRange {
                     overlay: overlay.to_owned(),
                     keys: path.clone(),
                     ends: [least, greatest],
-                });
-            }
+                };
+                (ends.next().is_none() && range.values().is_some()).then_some(range)
+            });
+            ranges.push(range.ok_or_else(|| format!("{}.{}", DATA.join("."), path.join(".")))?);
         }
         path.pop();
+    }
+    Ok(())
+}
+
+/// Returns a number or a quantity as in a document.
+fn text(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.value().clone(),
+        Value::Integer(number) => number.value().to_string(),
+        Value::Float(number) => number.value().to_string(),
+        other => other.to_string(),
     }
 }

@@ -45,7 +45,13 @@ impl Document {
                 let message = format!("{} has no table `{VALUES}`", overlay.file());
                 return Err(problem(message, "`twin fit` writes such files").into());
             };
-            fitted.extend(FittedRange::of(name, parsed.as_table()));
+            let ranges = FittedRange::of(name, parsed.as_table()).map_err(|key| {
+                problem(
+                    format!("`{key}` of {} is no range", overlay.file()),
+                    "write the least and the greatest value, as in [\"100 g\", \"200 g\"]",
+                )
+            })?;
+            fitted.extend(ranges);
             merge(text.as_table_mut(), values).map_err(|key| {
                 problem(
                     format!(
@@ -181,7 +187,7 @@ mod tests {
         // Whatever the unit, at both ends; a key that the file does not have is none.
         assert!(warnings("100", "490 g").is_empty());
         assert!(warnings("800", "0.49 kg").is_empty());
-        let expected = "`controller.gain` is outside of the data of x.fit.toml, from 100 to 800.0";
+        let expected = "`controller.gain` is outside of the data of x.fit.toml, from 100 to 800";
         assert_eq!(warnings("801", "0.49 kg"), [expected]);
         assert_eq!(warnings("99.5", "0.49 kg"), [expected]);
         for mass in ["491 g", "0.489 kg"] {
@@ -198,9 +204,33 @@ mod tests {
     fn overlay_that_is_missing_or_has_no_values_is_reported() {
         let folder = folder("no-overlay");
         fs::write(folder.join("empty.toml"), "x = 1\n").unwrap();
+        let range = |range: &str| {
+            let text = format!("fit.data.load.mass = {range}\n[values]\n");
+            fs::write(folder.join("range.toml"), text).unwrap();
+        };
+        let including = Document::parse("b.toml", "include = 'range.toml'\n").unwrap();
+        for sound in ["[100, 100.0]", "[0x10, 1_000]", "['1 g', '1 kg']"] {
+            range(sound);
+            including.clone().with_overlays(&folder).unwrap();
+        }
+        for unsound in [
+            "[nan, 1]",
+            "[2, 1]",
+            "['1 g', '1 m']",
+            "[1]",
+            "[1, 2, 3]",
+            "3",
+        ] {
+            range(unsound);
+            assert!(
+                including.clone().with_overlays(&folder).is_err(),
+                "{unsound}"
+            );
+        }
         for (name, expected) in [
             ("gone.toml", "gone.toml"),
             ("empty.toml", "no table `values`"),
+            ("range.toml", "`fit.data.load.mass` of"),
         ] {
             let text = format!("include = '{name}'\n");
             let document = Document::parse("b.toml", &text).unwrap();

@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 
 use twinrig_campaign::identification::FittedDistribution;
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread, Magnitude, Member};
-use twinrig_campaign::sweep::SweepRow;
+use twinrig_campaign::sweep::{SweepRow, overlap};
 use twinrig_document::{Document, DocumentError, Overrides, Placed, Problem};
 use twinrig_rig::StartPerturbation;
 use twinrig_rig::assembly::Assembly;
@@ -124,6 +124,7 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
 /// [`Error`] if the run cannot start. A run that starts and fails is reported in the
 /// [`Report`].
 pub fn execute(assembly: &Assembly<'_>, execution: &Execution) -> Result<Report, Error> {
+    check_ensemble(assembly)?;
     let report = execute_observed(assembly, execution, &mut ())?;
     with_ensemble(assembly, report, &mut |_, _| ())
 }
@@ -148,9 +149,13 @@ pub fn with_ensemble(
     }
     let mut ensemble = Ensemble::new(assembly, spec.runs, spec.vary)?;
     if let Some(fit) = &spec.fit {
-        ensemble.values = drawn(assembly.scenario(), fit, spec.runs - 1)?;
+        ensemble.values = drawn(assembly.scenario(), fit, spec.runs)?;
     }
-    let others = spec.runs - 1;
+    // The run of the scenario is no draw of a fit.
+    let others = match &spec.fit {
+        Some(_) => spec.runs,
+        None => spec.runs - 1,
+    };
     // Without random numbers a run with another seed is the same run.
     let is_same =
         ensemble.kind() == EnsembleKind::Seeds && report.random.as_ref().is_some_and(Vec::is_empty);
@@ -185,12 +190,14 @@ pub fn with_ensemble(
         magnitude: ensemble.magnitude(index + 1),
         row: row.unwrap_or_else(SweepRow::of_error),
     });
-    let members: Vec<Member> = std::iter::once(first).chain(others).collect();
-    for (line, spread) in report
-        .expectations
-        .iter_mut()
-        .zip(ExpectationSpread::all(&members))
-    {
+    let mut members: Vec<Member> = others.collect();
+    let spreads = if ensemble.kind() == EnsembleKind::Parameters {
+        ExpectationSpread::over_draws(&first, &members)
+    } else {
+        members.insert(0, first);
+        ExpectationSpread::all(&members)
+    };
+    for (line, spread) in report.expectations.iter_mut().zip(spreads) {
         line.ensemble = Some(LineEnsemble {
             differ_by: ensemble.kind(),
             required_share: spec.share,
@@ -211,7 +218,23 @@ pub fn with_ensemble(
 /// Prefix of the keys of values of a file of robot or bench.
 const OVERRIDE: &str = "override.";
 
-/// Draws values of a robot or bench from the distribution of an overlay.
+/// Checks the ensemble of a scenario before its runs.
+///
+/// # Errors
+/// The overlay of a fit cannot be read, or has values that the robot or bench does not accept.
+pub fn check_ensemble(assembly: &Assembly<'_>) -> Result<(), Error> {
+    let ensemble = assembly.scenario().ensemble.as_ref();
+    let Some(fit) = ensemble.and_then(|spec| spec.fit.as_ref()) else {
+        return Ok(());
+    };
+    for values in drawn(assembly.scenario(), fit, 1)? {
+        assembly.with_values(&values)?;
+    }
+    Ok(())
+}
+
+/// Draws values of a robot or bench from the distribution of an overlay, but for those that the
+/// scenario sets.
 fn drawn(
     scenario: &Scenario,
     fit: &Placed<String>,
@@ -219,25 +242,28 @@ fn drawn(
 ) -> Result<Vec<Overrides>, DocumentError> {
     let overlay = Document::read(&scenario.folder.join(&fit.value))?;
     let distribution = FittedDistribution::read(&overlay)?;
-    let keys: Vec<&str> = distribution
-        .dimensions
-        .iter()
-        .map(|it| {
-            let of_file = it.key.value.strip_prefix(OVERRIDE);
-            of_file.ok_or_else(|| {
-                let message = format!("`{}` is a key of the scenario", it.key.value);
-                let help = "an ensemble varies values of a robot or bench, `override.…`";
-                DocumentError::from(Problem::at(&it.key.place, message, help))
-            })
-        })
-        .collect::<Result<_, _>>()?;
+    let set: Vec<String> = scenario.overrides.keys().collect();
+    let key = |dimension: &'_ Placed<String>| {
+        let of_file = dimension.value.strip_prefix(OVERRIDE);
+        let of_file = of_file.ok_or_else(|| {
+            let message = format!("`{}` is a key of the scenario", dimension.value);
+            let help = "an ensemble varies values of a robot or bench, `override.…`";
+            DocumentError::from(Problem::at(&dimension.place, message, help))
+        })?;
+        let is_set = set.iter().any(|set| overlap(set, of_file));
+        Ok((!is_set).then(|| of_file.to_owned()))
+    };
+    let keys = distribution.dimensions.iter().map(|it| key(&it.key));
+    let keys: Vec<Option<String>> = keys.collect::<Result<_, DocumentError>>()?;
     let values = distribution.points(scenario.seed, count).into_iter();
     let overrides = values.map(|point| {
-        let pairs = keys.iter().zip(point);
-        let lines: Vec<String> = pairs
-            .map(|(key, value)| format!("{key} = {}\n", value.toml))
-            .collect();
-        Ok(Document::parse(overlay.file(), &lines.concat())?.overrides())
+        let mut document = Document::parse(overlay.file(), "")?;
+        for (key, value) in keys.iter().zip(point) {
+            if let Some(key) = key {
+                document.set(overlay.file(), key, &value.toml)?;
+            }
+        }
+        Ok(document.overrides())
     });
     overrides.collect()
 }

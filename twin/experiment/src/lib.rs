@@ -73,7 +73,7 @@ pub use coupling::{
     CouplingInput, CouplingKind, CouplingMethod, CouplingOrder, CouplingPlan, CouplingRow,
     CouplingStudy, RigFactory, RigVariant, coupling,
 };
-pub use ensemble::{execute, with_ensemble};
+pub use ensemble::{check_ensemble, execute, with_ensemble};
 pub use error::{Error, FitError, StudyError};
 pub use estimate::recorder::{BenchRecorder, BenchRun};
 pub use estimate::{

@@ -8,20 +8,20 @@ use twinrig_kernel::stream;
 use crate::least_squares::{Direction, Information};
 use crate::optimization::space::SpaceDimension;
 use crate::sweep::SweepValue;
-use crate::sweep::read::interval;
+use crate::sweep::read::{DIMENSIONS_MOST, interval};
 
 /// Standard deviation of a direction that the data do not tell, as a share of the ranges: that of
 /// an even distribution over a range.
 const UNKNOWN: f64 = 0.289;
-/// Draws outside of the ranges that are repeated; then the nearest point within them is taken.
-const REPEATED_MOST: usize = 1000;
+/// Deviation of the length of a vector from 1 that rounding leaves.
+const LENGTH: f64 = 1e-3;
 
 /// Tables of an overlay.
 const FIT: &str = "fit";
 const PARAMETER: &str = "parameter";
 const DIRECTION: &str = "direction";
 
-/// Normal distribution of fitted parameters, within their ranges.
+/// Normal distribution of fitted parameters; values beyond a range are reflected at its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedDistribution {
     /// Parameters with their ranges.
@@ -90,11 +90,20 @@ impl FittedDistribution {
                 let directions = fit.required(DIRECTION, |item| item.each(direction));
                 let (dimensions, centre): (Vec<_>, Vec<_>) = parameters?.into_iter().unzip();
                 let directions = directions?;
-                let is_short = |it: &Direction| it.vector.len() != dimensions.len();
-                if directions.iter().any(is_short) {
-                    let count = dimensions.len();
-                    let message = format!("a vector has not one entry for each of {count} keys");
-                    return Err(fit.report(DIRECTION, message, "`twin fit` writes such files"));
+                let count = dimensions.len();
+                if count > DIMENSIONS_MOST {
+                    let message = format!("there are {count} parameters");
+                    let help = format!("{DIMENSIONS_MOST} at most");
+                    return Err(fit.report(PARAMETER, message, help));
+                }
+                let is_unit = |it: &Direction| {
+                    let square: f64 = it.vector.iter().map(|part| part * part).sum();
+                    it.vector.len() == count && (square - 1.0).abs() < LENGTH
+                };
+                if directions.is_empty() || !directions.iter().all(is_unit) {
+                    let message = format!("there are no unit vectors of {count} entries");
+                    let help = "`twin fit` writes them, if a parameter is at no bound of its range";
+                    return Err(fit.report(DIRECTION, message, help));
                 }
                 Ok(Self {
                     dimensions,
@@ -105,11 +114,10 @@ impl FittedDistribution {
         })
     }
 
-    /// Returns points: a value for each parameter. Draw `k` of a direction does not depend on the
-    /// number of points.
+    /// Returns points: a value for each parameter. The first ones do not depend on their number.
     pub fn points(&self, seed: u64, count: usize) -> Vec<Vec<SweepValue>> {
         let mut numbers = stream(seed, "campaign/design/fitted");
-        let mut draw = || {
+        let draw = |_| {
             let mut point = self.centre.clone();
             for direction in &self.directions {
                 let deviation = if direction.is_known() {
@@ -122,24 +130,19 @@ impl FittedDistribution {
                     *share += length * part;
                 }
             }
-            point
-        };
-        let is_within = |point: &Vec<f64>| point.iter().all(|it| (0.0..=1.0).contains(it));
-        let within = |_| {
-            let mut point = draw();
-            for _ in 0..REPEATED_MOST {
-                if is_within(&point) {
-                    break;
-                }
-                point = draw();
-            }
             let pairs = self.dimensions.iter().zip(&point);
             pairs
-                .map(|(dimension, share)| dimension.interval.legible_at(share.clamp(0.0, 1.0)))
+                .map(|(dimension, share)| dimension.interval.legible_at(reflected(*share)))
                 .collect()
         };
-        (0..count).map(within).collect()
+        (0..count).map(draw).collect()
     }
+}
+
+/// Reflects a share at the ends of its range, 0 and 1.
+fn reflected(share: f64) -> f64 {
+    let within = (0.5 * share).rem_euclid(1.0) * 2.0;
+    if within > 1.0 { 2.0 - within } else { within }
 }
 
 fn parameter(item: &Item<'_>) -> Result<(SpaceDimension, f64), Reported> {
@@ -159,8 +162,10 @@ fn parameter(item: &Item<'_>) -> Result<(SpaceDimension, f64), Reported> {
 
 fn direction(item: &Item<'_>) -> Result<Direction, Reported> {
     let table: &Table<'_> = &item.table()?;
-    let vector = table.required("vector", |item| item.each(|item| item.number(&Range::ANY)));
-    let deviation = table.optional("deviation", |item| item.number(&Range::NOT_NEGATIVE));
+    let vector = table.required("vector", |item| {
+        item.each(|item| item.number(&Range::between(-1.0, 1.0)))
+    });
+    let deviation = table.optional("deviation", |item| item.number(&Range::between(0.0, 1.0)));
     Ok(Direction {
         vector: vector?,
         deviation: deviation?.unwrap_or(f64::INFINITY),
@@ -251,8 +256,7 @@ a = '5 m'
         let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
         let greatest = numbers.iter().copied().fold(0.0, f64::max);
         assert!((0.0..1.0).contains(&least), "{least}");
-        // The other parameter, at a quarter of its range, moves the other way and ends first.
-        assert!((8.0..=10.0).contains(&greatest), "{greatest}");
+        assert!((9.0..=10.0).contains(&greatest), "{greatest}");
     }
 
     #[test]
@@ -265,11 +269,20 @@ a = '5 m'
         let error = read(&missing).unwrap_err().to_string();
         assert!(error.contains("direction"), "{error}");
         let short = OVERLAY.replace("[0.6, 0.8]", "[1.0]");
-        assert!(
-            read(&short)
-                .unwrap_err()
-                .to_string()
-                .contains("each of 2 keys")
-        );
+        let error = read(&short).unwrap_err().to_string();
+        assert!(error.contains("unit vectors of 2 entries"), "{error}");
+        for (from, to) in [
+            ("[0.6, 0.8]", "[0.0, 0.0]"),
+            ("[0.6, 0.8]", "[nan, 1.0]"),
+            ("deviation = 0.01", "deviation = -0.01"),
+            ("deviation = 0.01", "deviation = 1e308"),
+            ("share = 0.5", "share = 1.5"),
+            ("to = '10 m'", "to = '-1 m'"),
+            ("to = 100", "to = '100 kg'"),
+        ] {
+            assert!(read(&OVERLAY.replace(from, to)).is_err(), "{to}");
+        }
+        let none = "[fit]\nparameter = []\ndirection = []\n";
+        assert!(read(none).is_err());
     }
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use twinrig_document::{DocumentError, Problem, Warning, escaped};
+use twinrig_experiment::check_ensemble;
 
 use super::{FAILURE, SUCCESS, Terminal, settings, source};
 use crate::args::CheckArgs;
@@ -27,7 +28,9 @@ pub(super) fn check(registry: &Registry, args: &CheckArgs, terminal: &mut Termin
     for path in &args.scenarios {
         let file = source::name(path);
         let checked = guarded(&file, || {
-            build(&source::assembly(registry, path, &settings)?)
+            let assembly = source::assembly(registry, path, &settings)?;
+            check_ensemble(&assembly)?;
+            build(&assembly)
         });
         let (checked, warnings) = match checked {
             Ok((name, warnings)) if args.strict && !warnings.is_empty() => {

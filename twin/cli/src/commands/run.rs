@@ -1,11 +1,11 @@
 //! Command `twin run`: execution of scenarios.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use twinrig_document::quoted;
 use twinrig_experiment::shell::quoted as shell;
-use twinrig_experiment::with_ensemble;
+use twinrig_experiment::{check_ensemble, with_ensemble};
 use twinrig_record::Fingerprint;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::recording_size::LARGE_RECORDING;
@@ -86,7 +86,21 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
     status.unwrap_or(Status::Error.exit_code())
 }
 
-/// Runs of `--uncertain`, that of the scenario included.
+/// Returns the path of a file relative to a folder, both as seen from the present folder: the same
+/// on every machine with these files.
+fn relative(file: &Path, folder: &Path) -> PathBuf {
+    let [file, folder] =
+        [file, folder].map(|path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned()));
+    let shared = file.components().zip(folder.components());
+    let shared = shared.take_while(|(one, other)| one == other).count();
+    let up = folder
+        .components()
+        .skip(shared)
+        .map(|_| Component::ParentDir);
+    up.chain(file.components().skip(shared)).collect()
+}
+
+/// Draws of `--uncertain`.
 const UNCERTAIN_RUNS: usize = 200;
 
 /// Returns the options that the result of a run depends on, apart from its plant.
@@ -164,6 +178,7 @@ impl<'a> Session<'a> {
             let execution = self.execution(&assembly, "");
             let shown = self.shows_progress(terminal);
             let mut line = RunLine::new(shown);
+            check_ensemble(&assembly)?;
             let report = execute_observed(&assembly, &execution, &mut line)?;
             drop(line);
             let mut line = Progress::new(&format!("{}, ensemble", report.scenario), shown);
@@ -213,8 +228,7 @@ impl<'a> Session<'a> {
             ("--seeds", keys.to_vec())
         });
         let of_fit = uncertain.as_deref().map(|file| {
-            // Relative to the present folder, not to the scenario.
-            let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+            let file = relative(file, path.parent().unwrap_or_else(|| Path::new("")));
             let keys = [
                 ("runs", UNCERTAIN_RUNS.to_string()),
                 ("vary", quoted("fit")),

@@ -409,7 +409,10 @@ fn facts(report: &Report) -> Grid {
             EnsembleKind::Seeds => "with other seeds",
             EnsembleKind::Parameters => "with other values of the fit",
         };
-        let others = ensemble.spread.runs - 1;
+        let others = match ensemble.differ_by {
+            EnsembleKind::Parameters => ensemble.spread.runs,
+            _ => ensemble.spread.runs - 1,
+        };
         let share = percent(ensemble.required_share);
         fact(
             "ensemble",

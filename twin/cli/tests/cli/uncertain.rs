@@ -68,7 +68,7 @@ fn verdict_has_the_probability_of_the_distribution() {
     assert!(done.out.contains(share), "{}", done.out);
     assert!(
         done.out
-            .contains("199 more runs with other values of the fit")
+            .contains("200 more runs with other values of the fit")
     );
 }
 
@@ -92,11 +92,34 @@ fn overlay_without_a_distribution_or_with_a_key_of_the_scenario_is_an_error() {
     fs::remove_file(&fit).unwrap();
     let done = twin(&["run", &path, "--uncertain", &fit, "--no-record"]);
     assert!(done.code == 2 && done.err.contains("supply.fit.toml"));
-    // Either alone is a mistake.
     let done = twin(&["check", &path, "--set", "ensemble={runs=9, vary='fit'}"]);
-    assert!(
-        done.code == 2 && done.err.contains("belong together"),
-        "{}",
-        done.err
+    assert!(done.code == 2 && done.err.contains("there is no `fit`"));
+    // Before the first run.
+    let gone = "ensemble={runs=9, fit='gone.fit.toml'}";
+    let done = twin(&["check", &path, "--set", gone]);
+    assert!(done.code == 2 && done.err.contains("gone.fit.toml"));
+}
+
+/// Values that the scenario sets are not drawn, and options replace what varies.
+#[test]
+fn values_of_the_scenario_and_other_ensembles_are_held() {
+    let folder = Folder::new("uncertain-held");
+    let (path, fit) = (folder.join("supply.toml"), folder.join("supply.fit.toml"));
+    fs::write(&fit, FIT).unwrap();
+    fs::write(&path, scenario("7.5 V")).unwrap();
+    let held = |settings: &[&str]| {
+        let words = ["run", &path, "--no-record", "--json"];
+        let done = twin(&[&words, settings].concat());
+        json(&done.out).remove(0)["expectations"][0]["ensemble"].clone()
+    };
+    let set = "override.supply.voltage=\"7.4 V\"";
+    let all = held(&["--uncertain", &fit, "--set", set]);
+    assert_eq!((&all["held"], &all["runs"]), (&200.into(), &200.into()));
+    let beside = "ensemble={runs=9, fit='supply.fit.toml'}";
+    assert_eq!(held(&["--set", beside])["differ_by"], "parameters");
+    let seeds = held(&["--set", beside, "--seeds", "4"]);
+    assert_eq!(
+        (&seeds["differ_by"], &seeds["runs"]),
+        (&"seeds".into(), &4.into())
     );
 }

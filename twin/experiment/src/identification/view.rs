@@ -61,7 +61,7 @@ impl FitOutcome {
         ));
         if let [least, .., greatest] = self.minima[..] {
             sentences.push(format!(
-                "minima of {} searches: costs {least:.4} to {greatest:.4}",
+                "{} minima: costs {least:.4} to {greatest:.4}",
                 self.minima.len()
             ));
         }

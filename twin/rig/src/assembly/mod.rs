@@ -268,19 +268,20 @@ impl<'r> Assembly<'r> {
             body: &body,
             ..self.part_builder()
         };
-        let process = builder.process()?;
+        let mut process = builder.process()?;
         let legs = &self.facts.legs;
         let gait = commanded_gait::of(process.variables(), self.scenario(), legs, body.robot());
+        let first_commands = builder.first_commands(&mut *process)?;
         let facts = Facts {
             weight: body.weight(),
             ..self.facts.clone()
         };
         Ok(Self {
             registry: self.registry,
-            scene: self.scene.clone(),
+            scene: self.scenario().scene(&facts)?,
             body,
             facts,
-            first_commands: self.first_commands.clone(),
+            first_commands,
             gait,
             start: self.start,
             built: Mutex::default(),

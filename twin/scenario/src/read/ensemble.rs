@@ -34,10 +34,10 @@ table! {
         "least share of the runs in which an expectation holds", "runs = 32, share = 0.9",
         default("0.95");
     VARY: Varied = "vary", choice(), "difference between the runs",
-        r#"runs = 20, vary = "seed""#, default("'start'");
+        r#"runs = 20, vary = "seed""#, otherwise("'fit' with `fit`, or else 'start'");
     FIT: Placed<String> = "fit", Type::PLACED,
         "overlay that `twin fit` wrote, relative to the scenario; values are drawn from its distribution",
-        r#"runs = 200, vary = "fit", fit = "xl330.fit.toml""#, otherwise("required with `vary = 'fit'`");
+        r#"runs = 200, fit = "xl330.fit.toml""#, otherwise("none");
 }
 
 fn ensemble(item: &Item<'_>) -> Result<EnsembleSpec, Reported> {
@@ -49,13 +49,19 @@ fn ensemble(item: &Item<'_>) -> Result<EnsembleSpec, Reported> {
     let table = &item.table()?;
     let table = TABLE.of(table);
     let (runs, share) = (table.read(&RUNS), table.read(&SHARE));
-    let (vary, fit) = (table.read(&VARY), table.get(&FIT));
-    let (vary, fit) = (vary?, fit?);
-    if (vary == Varied::Fit) != fit.is_some() {
-        let message = "`fit` and `vary = \"fit\"` belong together";
-        let help = "write vary = \"fit\", fit = \"NAME.fit.toml\"";
-        return Err(item.report(message, help));
+    let (vary, fit) = (table.get(&VARY)?, table.get(&FIT)?);
+    let otherwise = if fit.is_some() {
+        Varied::Fit
+    } else {
+        Varied::Start
+    };
+    let vary = vary.unwrap_or(otherwise);
+    if vary == Varied::Fit && fit.is_none() {
+        let help = "write fit = \"NAME.fit.toml\"";
+        return Err(item.report("there is no `fit` whose values vary", help));
     }
+    // `--seeds` replaces what varies, and leaves the rest of the table.
+    let fit = fit.filter(|_| vary == Varied::Fit);
     Ok(spec(runs?, share?, vary, fit))
 }
 
