@@ -45,7 +45,7 @@
 //!
 //! Not modelled: the inductance of the winding (delays of 0.1 ms), ripple of torque and supply, the
 //! compliance of the gear. The induced voltage is k ω also where iron saturates: a motor that
-//! brakes then heats its winding by more than it takes from the shaft, as if saturation were a loss.
+//! brakes then heats its winding by more than it takes from the shaft.
 
 mod backlash;
 mod error;
