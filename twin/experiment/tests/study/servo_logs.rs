@@ -121,6 +121,13 @@ fn bench_of_the_xl330_follows_the_logs() {
     }
 }
 
+/// Folders, mappings, parts of names and search spaces of the logs of each bench.
+const BENCHES: [(&str, &str, &str, &str); 3] = [
+    ("", "servo-bench-xl330.toml", "xl330-", XL330),
+    ("sts3215", "servo-bench-sts.toml", "-kp16-", STS3215),
+    ("", "servo-bench-sts.toml", "sts3250-", STS3250),
+];
+
 /// Passages through the zero of the encoder \[s\] and turning points \[rad\] after the torque is
 /// off, of the recorded (1) or the computed (2) angle. Swings of less than 50 mrad are left out.
 fn swings(curve: &[[f64; 3]], column: usize) -> (Vec<f64>, Vec<f64>) {
@@ -152,9 +159,7 @@ fn swings(curve: &[[f64; 3]], column: usize) -> (Vec<f64>, Vec<f64>) {
 #[test]
 fn free_swings_of_the_benches_pass_the_lowest_point_as_the_logs_do() {
     let folder = Folder::new("swings");
-    let xl330 = ("", "servo-bench-xl330.toml", "xl330-", XL330);
-    let sts3215 = ("sts3215", "servo-bench-sts.toml", "-kp16-", STS3215);
-    let sts3250 = ("", "servo-bench-sts.toml", "sts3250-", STS3250);
+    let [xl330, sts3215, sts3250] = BENCHES;
     for ((of, mapping, bench, space), logs, passage_s, turn) in [
         (xl330, 3, 10e-3, 0.25),
         (sts3215, 8, 31e-3, 0.08),
@@ -217,9 +222,7 @@ fn start(curve: &[[f64; 3]], column: usize) -> f64 {
 #[test]
 fn benches_start_from_standstill_as_the_logs_do() {
     let folder = Folder::new("starts");
-    let xl330 = ("", "servo-bench-xl330.toml", "xl330-", XL330);
-    let sts3215 = ("sts3215", "servo-bench-sts.toml", "-kp16-", STS3215);
-    let sts3250 = ("", "servo-bench-sts.toml", "sts3250-", STS3250);
+    let [xl330, sts3215, sts3250] = BENCHES;
     for ((of, mapping, bench, space), least, greatest) in [
         (xl330, 0.0, 0.05),
         (sts3215, -0.03, 0.01),
