@@ -1,6 +1,7 @@
 //! Drives: position servos with target rate and torque limit ([`PositionServo`]), their set-points
 //! between commands ([`SetPoints`]), and direct-current motors with torque as a function of voltage
-//! and rate ([`DcMotor`]). The plants of [`drives`] are test benches of both.
+//! and rate ([`DcMotor`]). The plants of [`drives`] are test benches of both. Servos with firmware,
+//! a supply and a gear are in [`serial`].
 //!
 //! A [`PositionServo`] is a cascade. The outer loop requests a rate in proportion to the position
 //! error, up to the speed limit; the inner loop requests an acceleration in proportion to the rate
@@ -16,14 +17,15 @@
 //! assert!(servo.rate_after(1e-3, 1.0, 0.9, 0.0) > 0.0);
 //! ```
 //!
-//! Not modelled: pulses, packets and clocks (drivers and boards), the motor's inductance and gear
-//! losses. Integration in time is the plant's.
+//! Not modelled: pulses, packets and clocks (drivers and boards), the motor's inductance, and the
+//! gear losses of a [`DcMotor`]. Integration in time is the plant's.
 
 pub mod drives;
 mod motor;
+pub mod serial;
 mod servo;
 mod set_points;
 
-pub use motor::{DcMotor, MotorError, MotorLine};
+pub use motor::{DcMotor, LegMotor, MotorError, MotorLine};
 pub use servo::{PositionServo, ServoError};
 pub use set_points::{Ramp, SetPoint, SetPoints, StepInputs};

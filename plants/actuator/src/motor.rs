@@ -31,6 +31,40 @@ pub struct DcMotor {
     supply: f64,
 }
 
+/// Motor of a leg by its two inputs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LegMotor {
+    /// Inputs are voltage \[V\] and bridge.
+    Voltage(DcMotor),
+    /// Inputs are torque at standstill \[N·m\] and damping \[N·m·s/rad\]: a [`MotorLine`] that
+    /// was made elsewhere.
+    Line {
+        /// Inertia at the output \[kg·m²\].
+        inertia: f64,
+    },
+}
+
+impl LegMotor {
+    /// Returns the torque-rate line under the inputs.
+    pub fn line(&self, first: f64, second: f64) -> MotorLine {
+        match self {
+            Self::Voltage(motor) => motor.line(first, second),
+            Self::Line { .. } => MotorLine {
+                torque: first,
+                damping: second,
+            },
+        }
+    }
+
+    /// Inertia at the output \[kg·m²\].
+    pub fn inertia(&self) -> f64 {
+        match self {
+            Self::Voltage(motor) => motor.inertia(),
+            Self::Line { inertia } => *inertia,
+        }
+    }
+}
+
 /// Torque at constant voltage as a function of the rate: torque − damping · rate.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MotorLine {

@@ -52,6 +52,7 @@ mod push;
 mod push_schedule;
 mod readings;
 mod segment;
+mod serial;
 mod setup;
 mod signals;
 mod slide;

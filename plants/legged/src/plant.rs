@@ -16,6 +16,7 @@ use crate::ground_friction::GroundFriction;
 use crate::limits::{Excesses, Limits};
 use crate::push::Push;
 use crate::push_schedule::PushSchedule;
+use crate::serial::{SavedServos, SerialServos};
 use crate::setup::{Base, Drives, Setup};
 use crate::signals::Signals;
 use crate::window::Window;
@@ -35,6 +36,7 @@ pub struct LeggedPlant<D: Dynamics + ?Sized> {
     /// Rates of held inputs, one for each.
     rates: Vec<f64>,
     set_points: SetPoints,
+    servos: Option<SerialServos>,
     friction: Option<GroundFriction>,
     pushes: PushSchedule,
     window: Window,
@@ -49,6 +51,8 @@ struct Saved<S> {
     window: Window,
     /// Those of linear set-points.
     ramps: Vec<Ramp>,
+    /// Serial servos.
+    servos: Option<SavedServos>,
     /// Coefficients of friction at the feet, where they change.
     friction: Option<[f64; LEGS]>,
     limits: Excesses,
@@ -98,9 +102,16 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
         };
         let mut set_points = SetPoints::new(set_point, rates.len());
         set_points.reset(|inputs| dynamics.initial_inputs(inputs));
+        let servos = match &setup.drives {
+            Drives::Serial(servo) => {
+                Some(SerialServos::new(servo, legs.len(), setup.step, &*dynamics))
+            }
+            _ => None,
+        };
         Self {
             rates,
             set_points,
+            servos,
             friction: GroundFriction::new(setup.ground.as_ref()),
             pushes: PushSchedule::default(),
             dynamics,
@@ -154,6 +165,10 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
     /// Sets the inputs from the present time on.
     fn set_inputs(&mut self, inputs: &[f64]) {
         let inputs = &inputs[..self.rates.len().min(inputs.len())];
+        if let Some(servos) = &mut self.servos {
+            servos.command(self.now, inputs);
+            return;
+        }
         if self.set_points.are_linear() {
             self.set_points.command(self.now, inputs);
             return;
@@ -183,7 +198,11 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
 
     fn initial_inputs(&self, inputs: &mut [f64]) {
         let count = self.rates.len().min(inputs.len());
-        self.dynamics.initial_inputs(&mut inputs[..count]);
+        let inputs = &mut inputs[..count];
+        match &self.servos {
+            Some(servos) => servos.commands(inputs),
+            None => self.dynamics.initial_inputs(inputs),
+        }
     }
 
     fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
@@ -203,6 +222,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             if self.set_points.are_linear() {
                 next = self.set_points.step_end(self.now, next);
             }
+            if let Some(servos) = &self.servos {
+                next = servos.step_end(self.now, next);
+            }
             if !self.pushes.is_empty() {
                 next = self.pushes.step_end(self.now, next);
                 self.dynamics.set_load(self.pushes.over(self.now));
@@ -212,6 +234,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
                 self.dynamics.set_inputs(&inputs);
             }
             let seconds = (next - self.now).as_secs_f64();
+            if let Some(servos) = &mut self.servos {
+                servos.begin(self.now, seconds, &mut *self.dynamics);
+            }
             // An engine that fails cannot return to the state before the step.
             let energy = self.energy().stored();
             let advanced = self.check_assembly();
@@ -284,6 +309,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             now: self.now,
             window: self.window,
             ramps: self.set_points.save(),
+            servos: self.servos.as_ref().map(SerialServos::save),
             friction: self.friction.as_ref().map(GroundFriction::save),
             limits: self.limits.save(),
             dynamics: self.dynamics.save(),
@@ -299,6 +325,11 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         };
         let checked = self.set_points.check(&saved.ramps);
         checked.map_err(&mismatch)?;
+        if let Some(servos) = &mut self.servos {
+            let saved = saved.servos.unwrap_or_default();
+            servos.check(&saved).map_err(&mismatch)?;
+            servos.restore(saved);
+        }
         if let (Some(friction), Some(saved)) = (&mut self.friction, saved.friction) {
             friction.restore(saved);
             friction.set(&mut *self.dynamics);
@@ -344,6 +375,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         self.now = from.time;
         let initial_inputs = |inputs: &mut [f64]| self.dynamics.initial_inputs(inputs);
         self.set_points.reset(initial_inputs);
+        if let Some(servos) = &mut self.servos {
+            servos.restart(self.now, &*self.dynamics);
+        }
         self.events.clear();
         self.limits.restore(Excesses::default());
         self.window = Window::default();

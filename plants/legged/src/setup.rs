@@ -1,8 +1,9 @@
 //! Simulation setup common to all plants of a robot.
 
-use twinrig_actuator::{DcMotor, PositionServo, SetPoint};
+use twinrig_actuator::{DcMotor, LegMotor, PositionServo, SetPoint};
 use twinrig_contact::Ground;
 use twinrig_kernel::SimDuration;
+use twinrig_robot::serial::SerialServo;
 use twinrig_robot::{Compliance, LegMount, Robot};
 
 use crate::LEGS;
@@ -21,7 +22,7 @@ pub enum Base {
 }
 
 /// Drives of the joints.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Drives {
     /// No drives: hips rotate freely, and there is no cable.
     None,
@@ -44,6 +45,8 @@ pub enum Drives {
         /// Knee cable drives.
         knee: twinrig_robot::Motor,
     },
+    /// Serial servos with these parameters: their firmware closes the loop.
+    Serial(Box<SerialServo>),
 }
 
 impl Drives {
@@ -52,7 +55,7 @@ impl Drives {
     pub const fn inputs(&self) -> usize {
         match self {
             Self::None => 0,
-            Self::Ideal { .. } | Self::Servos { .. } => 2,
+            Self::Ideal { .. } | Self::Servos { .. } | Self::Serial(_) => 2,
             Self::Motors { .. } => 4,
         }
     }
@@ -78,14 +81,14 @@ impl Servos {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motors {
     /// Hip drives.
-    pub hip: DcMotor,
+    pub hip: LegMotor,
     /// Knee cable drives.
-    pub knee: DcMotor,
+    pub knee: LegMotor,
 }
 
 impl Motors {
     /// Returns the motors of hip and knee, in the order of the inputs.
-    pub fn both(&self) -> [&DcMotor; 2] {
+    pub fn both(&self) -> [&LegMotor; 2] {
         [&self.hip, &self.knee]
     }
 }
@@ -95,7 +98,7 @@ impl Motors {
 pub enum DriveModels {
     /// Servos, with angles as inputs.
     Servos(Servos),
-    /// Motors, with voltages as inputs.
+    /// Motors, with voltages or torque–rate lines as inputs.
     Motors(Motors),
 }
 
@@ -104,7 +107,7 @@ impl DriveModels {
     pub fn inertias(&self) -> [f64; 2] {
         match self {
             Self::Servos(servos) => servos.both().map(PositionServo::inertia),
-            Self::Motors(motors) => motors.both().map(DcMotor::inertia),
+            Self::Motors(motors) => motors.both().map(LegMotor::inertia),
         }
     }
 }
@@ -199,9 +202,14 @@ impl Setup {
             Drives::Motors { hip, knee } => {
                 let of = |drive| move |why| LeggedError::Motor { drive, why };
                 return Ok(Some(DriveModels::Motors(Motors {
-                    hip: DcMotor::new(hip).map_err(of("hip"))?,
-                    knee: DcMotor::new(knee).map_err(of("knee"))?,
+                    hip: LegMotor::Voltage(DcMotor::new(hip).map_err(of("hip"))?),
+                    knee: LegMotor::Voltage(DcMotor::new(knee).map_err(of("knee"))?),
                 })));
+            }
+            Drives::Serial(servo) => {
+                let inertia = servo.motor.inertia;
+                let [hip, knee] = [LegMotor::Line { inertia }; 2];
+                return Ok(Some(DriveModels::Motors(Motors { hip, knee })));
             }
         };
         Ok(Some(DriveModels::Servos(Servos {

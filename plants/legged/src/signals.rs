@@ -69,7 +69,7 @@ const OF_DRIVES: [LegSignal; 4] = [
     LegSignal::CableTension,
 ];
 
-/// Measurements available only if the drives are motors: their torque depends on the rate.
+/// Measurements available only if the drives have motors: their torque depends on the rate.
 const OF_MOTORS: [LegSignal; 2] = [LegSignal::HipRate, LegSignal::KneeRate];
 
 /// Inputs and selected measurements of a plant, in the order of the ports.
@@ -90,7 +90,7 @@ impl Signals {
     ///
     /// - drives: inputs (the command of a servo, or voltage and bridge of a motor), torques, knee
     ///   positions and cable tensions;
-    /// - motors: rates of hip and knee;
+    /// - motors, also those of serial servos: rates of hip and knee;
     /// - ground: loads, forces and clearances of the feet.
     pub fn new(legs: &[&str], setup: &Setup, selected: &dyn Fn(&str) -> bool) -> Self {
         let (ground, drives) = (setup.ground.is_some(), setup.drives != Drives::None);
@@ -112,7 +112,7 @@ impl Signals {
         };
         let body = signal::BODY.map(|standard| select(true, standard.output()));
         let energy = signal::ENERGY.map(|standard| select(true, standard.output()));
-        let motors = matches!(setup.drives, Drives::Motors { .. });
+        let motors = matches!(setup.drives, Drives::Motors { .. } | Drives::Serial(_));
         let exists = |signal: &LegSignal| {
             (ground || !ON_GROUND.contains(signal))
                 && (drives || !OF_DRIVES.contains(signal))
@@ -257,7 +257,9 @@ impl Signals {
 fn inputs(drives: &Drives) -> &'static [(&'static str, Unit)] {
     match drives {
         Drives::None => &[],
-        Drives::Ideal { .. } | Drives::Servos { .. } => &[("command", Unit::Radian)],
+        Drives::Ideal { .. } | Drives::Servos { .. } | Drives::Serial(_) => {
+            &[("command", Unit::Radian)]
+        }
         Drives::Motors { .. } => &[("voltage", Unit::Volt), ("bridge", Unit::One)],
     }
 }

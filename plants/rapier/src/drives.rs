@@ -61,7 +61,7 @@ pub(crate) enum Effort {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Kind<'a> {
     Servo(&'a PositionServo),
-    Motor(&'a twinrig_actuator::DcMotor),
+    Motor(&'a twinrig_actuator::LegMotor),
 }
 
 /// Returns the kinds of hip and knee drive.

@@ -97,6 +97,7 @@ impl Robot {
                 abduction: None,
             },
             motors: None,
+            serial: None,
             friction: 0.6,
         }
     }

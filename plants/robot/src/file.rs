@@ -4,7 +4,7 @@ use std::path::Path;
 
 use twinrig_document::declaration::TableReference;
 use twinrig_document::{
-    AssumedValue, Document, DocumentError, Library, Overrides, Place, Warning, suggestion,
+    AssumedValue, Borrowed, Document, DocumentError, Library, Overrides, Place, Warning, suggestion,
 };
 
 use crate::error::RobotError;
@@ -18,6 +18,23 @@ const ROBOTS: Library = Library {
         ("cheetah-cub", include_str!("../files/cheetah-cub.toml")),
         ("oncilla", include_str!("../files/oncilla.toml")),
     ],
+};
+
+/// Files of servo benches, whose servos the legs of robots may have.
+pub const SERVO_BENCHES: Library = Library {
+    folder: "benches",
+    embedded: &[
+        ("sts3215", include_str!("../files/sts3215.toml")),
+        ("sts3250", include_str!("../files/sts3250.toml")),
+        ("xl330", include_str!("../files/xl330.toml")),
+    ],
+};
+
+/// `[serial] bench = "NAME"` is the servo of that bench.
+const SERIAL: Borrowed<'_> = Borrowed {
+    table: "serial",
+    key: "bench",
+    tables: &["supply", "motor", "friction", "gear", "controller"],
 };
 
 /// A robot file: its text, and the values that a scenario overrides.
@@ -48,7 +65,7 @@ impl RobotFile {
             });
         }
         if let Some(document) = ROBOTS.find(name, beside)? {
-            return RobotFile::of(document);
+            return RobotFile::of(document.with_borrowed(&SERIAL, &SERVO_BENCHES, beside)?);
         }
         let known = RobotFile::names(beside);
         Err(RobotError::NotFound {

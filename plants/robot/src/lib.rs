@@ -28,10 +28,11 @@ mod parameters;
 mod payload;
 mod ranges;
 mod read;
+pub mod serial;
 mod triangle;
 
 pub use error::RobotError;
-pub use file::RobotFile;
+pub use file::{RobotFile, SERVO_BENCHES};
 pub use parameters::{
     Actuators, Compliance, GRAVITY, JointFriction, Leg, LegMass, LegMount, Motor, Motors, OneSided,
     Robot, Servo, Spring, Toe, Trunk,

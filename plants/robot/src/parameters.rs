@@ -6,6 +6,7 @@ use twinrig_kernel::Unit;
 
 use crate::payload::{Payload, PointMass};
 use crate::ranges;
+use crate::serial::SerialServo;
 use crate::triangle::third_side;
 
 /// Gravitational acceleration of all plants, and in quantities relative to a weight \[m/s²\].
@@ -24,6 +25,8 @@ pub struct Robot {
     pub actuators: Actuators,
     /// Motors of the hip and knee drives, if known.
     pub motors: Option<Motors>,
+    /// Serial servos of hip and knee, if known.
+    pub serial: Option<SerialServo>,
     /// Coulomb coefficient between foot and ground, which a scenario may override \[1\].
     pub friction: f64,
 }

@@ -8,6 +8,7 @@ use twinrig_kernel::Unit;
 
 use crate::parameters::{Actuators, Leg, LegMount, Motors, Robot, Trunk, three};
 use crate::ranges;
+use crate::serial::SerialServo;
 
 table! {
     /// Keys of a robot file.
@@ -20,6 +21,8 @@ table! {
         "the legs and the positions of their hips", "", required();
     ACTUATOR: Actuators = "actuator", Actuators::TYPE, "servos of the legs", "", required();
     MOTOR: Motors = "motor", Motors::TYPE, "motors of hip and knee, if known", "";
+    SERIAL: SerialServo = "serial", SerialServo::TYPE,
+        "serial servos of hip and knee, if known", "";
     GROUND: Ground = "ground", Ground::TYPE, "ground, unless a scenario has another", "",
         required();
 }
@@ -49,7 +52,7 @@ record! {
 
 /// Reads the robot of a file.
 pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
-    use robot_table::{ACTUATOR, GROUND, LEG, MOTOR, MOUNT, NAME, TABLE, TRUNK};
+    use robot_table::{ACTUATOR, GROUND, LEG, MOTOR, MOUNT, NAME, SERIAL, TABLE, TRUNK};
     let keys = TABLE.of(table);
     let (name, trunk) = (keys.read(&NAME), keys.read(&TRUNK));
     let mut names = Vec::new();
@@ -59,6 +62,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
     });
     let mounts = keys.read_with(&MOUNT, |item| mounts(item, &names));
     let (actuators, motors) = (keys.read(&ACTUATOR), keys.get(&MOTOR));
+    let serial = keys.get(&SERIAL);
     let ground = keys.read(&GROUND);
     let (kinds, mounts) = (kinds?, mounts?);
     for (kind, _) in &kinds {
@@ -86,6 +90,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
         legs: legs.collect(),
         actuators: actuators?,
         motors: motors?,
+        serial: serial?,
         friction: ground?.friction,
     })
 }

@@ -1,6 +1,8 @@
 //! Motion within the backlash of the gear, where motor and arm are apart.
 
-use crate::model::{Bridge, Model, State};
+use twinrig_actuator::serial::Bridge;
+
+use crate::model::{Model, State};
 use crate::shaft::Shaft;
 use crate::step::{Stepped, Works};
 
@@ -106,7 +108,7 @@ impl Model {
                 turned: 0.0,
                 rate,
                 taken: seconds,
-                current: self.electric(bridge, rate, state.rise).current,
+                current: self.winding.electric(bridge, rate, state.rise).current,
                 torques: [0.0; 2],
                 arm: [0.0; 2],
                 meets: false,

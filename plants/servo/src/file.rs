@@ -3,19 +3,10 @@
 use std::path::Path;
 
 use twinrig_document::declaration::TableReference;
-use twinrig_document::{Document, DocumentError, Library, Overrides, Warning, suggestion};
+use twinrig_document::{Document, DocumentError, Overrides, Warning, suggestion};
+use twinrig_robot::SERVO_BENCHES;
 
 use crate::parameters::ServoBenchParameters;
-
-/// Files of servo benches.
-const BENCHES: Library = Library {
-    folder: "benches",
-    embedded: &[
-        ("sts3215", include_str!("../files/sts3215.toml")),
-        ("sts3250", include_str!("../files/sts3250.toml")),
-        ("xl330", include_str!("../files/xl330.toml")),
-    ],
-};
 
 /// File of a servo bench.
 #[derive(Clone, Debug)]
@@ -35,14 +26,14 @@ impl ServoBenchFile {
     /// # Errors
     /// If it cannot be read or is not TOML.
     pub fn find(name: &str, beside: &Path) -> Result<Option<Self>, DocumentError> {
-        let document = BENCHES.find(name, beside)?;
+        let document = SERVO_BENCHES.find(name, beside)?;
         Ok(document.map(|document| Self { document }))
     }
 
     /// Returns a list of the files that [`ServoBenchFile::find`] finds, with the one meant by
     /// `name`.
     pub fn suggestion(name: &str, beside: &Path) -> String {
-        let known = BENCHES.names(beside);
+        let known = SERVO_BENCHES.names(beside);
         suggestion(name, "benches", known.iter().map(String::as_str))
     }
 

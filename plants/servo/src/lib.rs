@@ -50,8 +50,6 @@
 mod backlash;
 mod error;
 mod file;
-mod firmware;
-mod friction;
 mod model;
 mod parameters;
 mod plant;
@@ -61,6 +59,5 @@ mod step;
 
 pub use error::ServoBenchError;
 pub use file::ServoBenchFile;
-pub use friction::{Friction, Gear};
-pub use parameters::{BenchLoad, Controller, Heating, ServoBenchParameters, ServoMotor, Supply};
+pub use parameters::{BenchLoad, ServoBenchParameters};
 pub use plant::ServoBench;

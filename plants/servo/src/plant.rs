@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
+use twinrig_actuator::serial::{Bridge, Firmware, FirmwareState, ServoCommand, duration};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit, signal};
 use twinrig_runtime::interrupt::LongLoop;
 use twinrig_runtime::{EnergyBalance, Ledger, Plant, PlantFault, PlantState, WorkCounts};
 
 use crate::error::ServoBenchError;
-use crate::firmware::{Command, Firmware, FirmwareState, duration};
-use crate::model::{Bridge, Model, State};
+use crate::model::{Model, State};
 use crate::parameters::ServoBenchParameters;
 
 /// Servo that moves a mass on an arm: a plant named `servo`, with these ports:
@@ -269,7 +269,7 @@ impl Plant for ServoBench {
         }
         if inputs != self.inputs {
             self.inputs = [inputs[0], inputs[1]];
-            let command = Command {
+            let command = ServoCommand {
                 position: inputs[0],
                 enabled: inputs[1] != 0.0,
             };
@@ -297,7 +297,7 @@ impl Plant for ServoBench {
         let motor_rate = self.state.loose.unwrap_or(rate);
         let electric = || {
             let rise = self.state.rise;
-            self.model.electric(self.bridge, motor_rate, rise)
+            self.model.winding.electric(self.bridge, motor_rate, rise)
         };
         for (output, signal) in outputs.iter_mut().zip(&self.signals) {
             *output = match *signal {

@@ -1,6 +1,8 @@
 //! Rotation of a shaft against friction, within a step of constant duty cycle.
 
-use crate::model::{Bridge, Electric, Model};
+use twinrig_actuator::serial::{Bridge, Electric};
+
+use crate::model::Model;
 
 /// Forces on the shaft at an instant.
 pub(crate) struct Forces {
@@ -53,7 +55,7 @@ impl<'m> Shaft<'m> {
             current,
             torque: motor,
             ..
-        } = model.electric(self.bridge, rate, self.rise);
+        } = model.winding.electric(self.bridge, rate, self.rise);
         if !self.has_arm {
             let friction = model.friction.torque(rate, motor, 0.0);
             return Forces {

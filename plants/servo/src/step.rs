@@ -1,6 +1,8 @@
 //! Steps of motor and arm within a period of the controller.
 
-use crate::model::{Bridge, Model, State};
+use twinrig_actuator::serial::Bridge;
+
+use crate::model::{Model, State};
 use crate::shaft::{Forces, Shaft};
 
 /// Parts of a substep: a shaft turns round once and teeth part and meet; the bound is for one that
@@ -76,7 +78,7 @@ impl Model {
                 break;
             };
             counts.steps += 1;
-            self.warm(current, state, taken);
+            state.rise = self.winding.warmed(state.rise, current, taken);
             if taken == left {
                 return;
             }
@@ -87,12 +89,15 @@ impl Model {
         if let Some(rate) = state.loose {
             works.friction += self.meet(state, rate);
             if let Some(Stepped { taken, current }) = self.joint_step(bridge, state, left, works) {
-                self.warm(current, state, taken);
+                state.rise = self.winding.warmed(state.rise, current, taken);
                 left -= taken;
             }
         }
-        let current = self.electric(bridge, state.rate, state.rise).current;
-        self.warm(current, state, left);
+        let current = self
+            .winding
+            .electric(bridge, state.rate, state.rise)
+            .current;
+        state.rise = self.winding.warmed(state.rise, current, left);
     }
 
     /// A step of motor and arm together, at most to where they come to rest. None where friction

@@ -18,7 +18,7 @@ const BEYOND_FIT: &str = "beyond-fit";
 pub(crate) struct FittedRange {
     /// File of the overlay.
     overlay: String,
-    keys: Vec<String>,
+    pub(crate) keys: Vec<String>,
     /// Texts of the least and the greatest value.
     ends: [String; 2],
 }
@@ -36,6 +36,12 @@ impl FittedRange {
         let mut ranges = Vec::new();
         collect(overlay, table, &mut Vec::new(), &mut ranges)?;
         Ok(ranges)
+    }
+
+    /// Returns the range of the value in a table of another document.
+    pub(crate) fn below(mut self, table: &str) -> Self {
+        self.keys.insert(0, table.to_owned());
+        self
     }
 
     /// Returns a warning about a value of a document outside of the range.

@@ -89,7 +89,7 @@ fn names(item: &Item) -> Option<Vec<String>> {
 }
 
 /// Puts values into a table; returns the key of one that has no place.
-fn merge(table: &mut dyn TableLike, values: &dyn TableLike) -> Result<(), String> {
+pub(crate) fn merge(table: &mut dyn TableLike, values: &dyn TableLike) -> Result<(), String> {
     for (key, item) in values.iter() {
         if let Some(inner) = item.as_table_like() {
             let there = table

@@ -43,6 +43,7 @@
 //! Out of scope: writing TOML, the meaning of any file, comments, dates.
 
 mod assumed;
+mod borrowed;
 pub mod declaration;
 mod document;
 mod error;
@@ -69,6 +70,7 @@ mod visible;
 mod written_unit;
 
 pub use assumed::AssumedValue;
+pub use borrowed::Borrowed;
 pub use document::Document;
 pub use error::{DocumentError, Placed, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};

@@ -29,6 +29,8 @@ pub enum ActuatorKind {
     Servo,
     /// A direct-current motor driven by the output voltage of a board.
     Motor,
+    /// A serial servo: a motor with supply and gear, under the position controller of its firmware.
+    Serial,
 }
 
 impl ActuatorKind {
@@ -39,6 +41,7 @@ impl ActuatorKind {
             Self::Ideal => "ideal",
             Self::Servo => "servo",
             Self::Motor => "motor",
+            Self::Serial => "serial",
         }
     }
 
@@ -54,6 +57,7 @@ impl Words for ActuatorKind {
         (Self::Ideal.name(), Self::Ideal),
         (Self::None.name(), Self::None),
         (Self::Motor.name(), Self::Motor),
+        (Self::Serial.name(), Self::Serial),
     ];
 }
 

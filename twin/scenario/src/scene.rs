@@ -271,7 +271,7 @@ impl Scenario {
             ));
         }
         match self.actuator.kind {
-            ActuatorKind::Servo => {}
+            ActuatorKind::Servo | ActuatorKind::Serial => {}
             ActuatorKind::Motor => left_out.push(("servos", "[actuator] kind = \"motor\"")),
             ActuatorKind::Ideal => left_out.push(("servos", "[actuator] kind = \"ideal\"")),
             ActuatorKind::None => {

@@ -1,14 +1,16 @@
 //! The bench of a servo.
 
 mod backlash;
+mod drive;
 mod firmware;
 mod motion;
 mod motor;
 mod plant;
 
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_robot::serial::{Friction, Gear};
 use twinrig_runtime::Plant;
-use twinrig_servo::{Friction, Gear, ServoBench, ServoBenchFile, ServoBenchParameters};
+use twinrig_servo::{ServoBench, ServoBenchFile, ServoBenchParameters};
 
 const GRAVITY: f64 = 9.80665;
 

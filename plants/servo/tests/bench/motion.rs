@@ -1,6 +1,7 @@
 //! Motion of motor and arm beside closed forms.
 
-use twinrig_servo::{BenchLoad, Friction, Gear};
+use twinrig_robot::serial::{Friction, Gear};
+use twinrig_servo::BenchLoad;
 
 use crate::{GRAVITY, OFF, Run, frictionless, ideal};
 

@@ -1,7 +1,8 @@
 //! Currents, voltages and heat of the motor beside closed forms.
 
+use twinrig_robot::serial::Heating;
 use twinrig_runtime::Plant;
-use twinrig_servo::{Heating, ServoBenchParameters};
+use twinrig_servo::ServoBenchParameters;
 
 use crate::{OFF, Run, ideal};
 

@@ -1,8 +1,9 @@
 //! Properties of the bench as a plant.
 
 use proptest::prelude::*;
+use twinrig_robot::serial::Gear;
 use twinrig_runtime::Plant;
-use twinrig_servo::{Gear, ServoBench, ServoBenchFile, ServoBenchParameters};
+use twinrig_servo::{ServoBench, ServoBenchFile, ServoBenchParameters};
 
 use crate::{OFF, Run, sound};
 
@@ -24,7 +25,7 @@ fn energy_residual_falls_with_the_square_of_the_period() {
 /// Parts that the file leaves out, and parts that have no effect, give the same bits.
 #[test]
 fn part_that_is_left_out_changes_no_bit() {
-    let whole = include_str!("../../files/xl330.toml");
+    let whole = include_str!("../../../../benches/xl330.toml");
     let (before, behind) = whole.split_once("[gear]").unwrap();
     let (_, controller) = behind.split_once("[controller]").unwrap();
     let without = format!("{before}[controller]{controller}");

@@ -1,5 +1,7 @@
 //! Commands of a gait, from the variables of its controller and the drives of its robot.
 
+use twinrig_actuator::serial::{Bridge, Winding};
+use twinrig_robot::serial::SerialServo;
 use twinrig_robot::{Motor, Robot, Servo};
 use twinrig_runtime::ProcessVariable;
 use twinrig_scenario::{
@@ -69,7 +71,21 @@ fn limits(robot: &Robot, scenario: &Scenario) -> Option<[DriveLimits; 2]> {
             let motors = robot.motors.as_ref()?;
             Some([motors.hip, motors.knee].map(at_supply))
         }
+        ActuatorKind::Serial => {
+            let servo = robot.serial.as_ref()?;
+            Some([of_serial(servo); 2])
+        }
         ActuatorKind::Ideal | ActuatorKind::None => None,
+    }
+}
+
+/// Returns the torque–speed line of a serial servo with a cold winding, without friction.
+fn of_serial(servo: &SerialServo) -> DriveLimits {
+    let winding = Winding::new(&servo.motor, &servo.supply);
+    let full = Bridge::Duty(servo.controller.duty_limit);
+    DriveLimits {
+        speed: servo.controller.duty_limit * servo.supply.voltage / servo.motor.torque_constant,
+        torque: winding.electric(full, 0.0, 0.0).torque,
     }
 }
 

@@ -8,6 +8,7 @@ use twinrig_legged::{
     Base, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup, Signals, Start,
 };
 use twinrig_robot::leg::LegCommand;
+use twinrig_robot::serial::SerialServo;
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
@@ -21,7 +22,7 @@ use crate::parts::start;
 /// Returns the setup of a legged plant, with the default step `step`.
 ///
 /// # Errors
-/// If the ground is invalid or the robot has no motors although the scenario requires them.
+/// If the ground is invalid or the robot has no drives of the kind that the scenario requires.
 pub fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, BuildError> {
     let plant = context.plant;
     let ground = plant.ground.as_ref();
@@ -122,6 +123,7 @@ fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
             let Motors { hip, knee } = motors(context.robot)?;
             Drives::Motors { hip, knee }
         }
+        ActuatorKind::Serial => Drives::Serial(Box::new(serial(context.robot)?)),
     })
 }
 
@@ -139,6 +141,12 @@ pub(crate) fn set_point(context: &PlantContext<'_>) -> SetPoint {
 pub(crate) fn motors(robot: &Robot) -> Result<Motors, BuildError> {
     let why = "the robot file has no [motor.hip] and [motor.knee]: it describes its drives as servos only";
     robot.motors.ok_or_else(|| why.into())
+}
+
+/// Returns the serial servos of a robot, or the error that it has none.
+fn serial(robot: &Robot) -> Result<SerialServo, BuildError> {
+    let why = "the robot file has no [serial]: add the servo, as in benches/xl330.toml";
+    robot.serial.ok_or_else(|| why.into())
 }
 
 /// Returns a servo with the parameters that the scenario overrides.

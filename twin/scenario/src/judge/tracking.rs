@@ -215,7 +215,7 @@ impl Tracking {
         if gait.limits.is_none() {
             let why = match scene.scenario.actuator.kind {
                 ActuatorKind::Ideal | ActuatorKind::None => "the drives have no limits",
-                ActuatorKind::Motor | ActuatorKind::Servo => {
+                ActuatorKind::Motor | ActuatorKind::Servo | ActuatorKind::Serial => {
                     "there is no robot file with the limits of the drives"
                 }
             };

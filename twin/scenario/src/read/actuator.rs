@@ -42,7 +42,7 @@ table! {
 
 fn only_servos_have_parameters(schema: &mut serde_json::Value) {
     use actuator_table::{HIP, KIND, KNEE, SET_POINT};
-    let others = ["ideal", "none", "motor"];
+    let others = ["ideal", "none", "motor", "serial"];
     schema["if"] = json!({
         "properties": { KIND.name: { "enum": others } },
         "required": [KIND.name],
@@ -51,7 +51,7 @@ fn only_servos_have_parameters(schema: &mut serde_json::Value) {
     schema["then"] = json!({
         "propertyNames": { "enum": [KIND.name, SET_POINT.name, HIP.name, KNEE.name] },
         "properties": { HIP.name: empty, KNEE.name: empty },
-        "if": { "properties": { KIND.name: { "enum": ["none", "motor"] } } },
+        "if": { "properties": { KIND.name: { "enum": ["none", "motor", "serial"] } } },
         "then": { "properties": { SET_POINT.name: false } },
     });
 }
@@ -79,6 +79,7 @@ pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec
         ActuatorKind::Ideal => Some("an ideal actuator has"),
         ActuatorKind::None => Some("a leg without actuators has"),
         ActuatorKind::Motor => Some("a motor has"),
+        ActuatorKind::Serial => Some("a serial servo has"),
     };
     if let Some(subject) = subject
         && has_overrides
@@ -95,6 +96,7 @@ pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec
     {
         let why = match kind {
             ActuatorKind::Motor => "a motor has no set-point: its board interpolates commands",
+            ActuatorKind::Serial => "a serial servo has no set-point here: its firmware makes it",
             _ => "a leg without actuators has no set-point",
         };
         let help = "leave `set_point` out, or write kind = \"servo\" or kind = \"ideal\"";

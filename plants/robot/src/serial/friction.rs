@@ -3,7 +3,7 @@
 use twinrig_document::declaration::{Defaulted, quantity, record};
 use twinrig_kernel::Unit;
 
-use crate::ranges::{self, zero};
+use super::ranges::{self, zero};
 
 record! {
     /// Friction by the torques of motor and load: the laws M1 to M6 of *Extended Friction Models
@@ -20,7 +20,7 @@ record! {
     /// K_es; M5 separate gains of motor and load; M6 the squares. A part whose parameters are zero
     /// is not computed.
     #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct Friction = "[friction]" {
+    pub struct Friction = "friction" {
         /// Viscous friction K_v \[N·m·s/rad\].
         pub viscous: f64 = quantity(Unit::NewtonMeterSecondPerRadian, ranges::DAMPING),
         /// Coulomb friction K_c \[N·m\].
@@ -53,7 +53,7 @@ record! {
     /// static share, which vanishes over a rate of its own: μ(ω) = μ + μ_s exp(−|ω|/ω_s). A driving
     /// gear loses a square κ τ_t² besides.
     #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct Gear = "[gear]" {
+    pub struct Gear = "gear" {
         /// Backlash: angle that the arm has free while the motor is held \[rad\].
         pub backlash: f64 = zero(quantity(Unit::Radian, ranges::BACKLASH)),
         /// Share while the motor drives the load \[1\].
@@ -126,7 +126,7 @@ impl Gear {
     };
 
     /// Whether there are losses.
-    pub(crate) fn is_lossy(&self) -> bool {
+    pub fn is_lossy(&self) -> bool {
         [
             self.driving,
             self.driven,

@@ -4,43 +4,48 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_robot::serial::Controller;
 
-use crate::model::Bridge;
-use crate::parameters::Controller;
+use super::Bridge;
 
-/// A command: position \[rad\], and whether the torque is on.
+/// A command to a servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Command {
+pub struct ServoCommand {
+    /// Position \[rad\].
     pub position: f64,
+    /// Whether the torque is on.
     pub enabled: bool,
 }
 
 /// State of the controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct FirmwareState {
+pub struct FirmwareState {
     /// Commands under way, with the instants from which they are in force.
-    pending: VecDeque<(SimTime, Command)>,
+    pending: VecDeque<(SimTime, ServoCommand)>,
     /// Command in force.
-    command: Command,
+    command: ServoCommand,
     /// Set-point of the profile, and its rate.
     set_point: f64,
     set_rate: f64,
 }
 
+/// Position controller of a servo, which works in steps of its period.
 #[derive(Clone, Debug)]
-pub(crate) struct Firmware {
+pub struct Firmware {
     controller: Controller,
     per_radian: f64,
     delay: SimDuration,
     period: SimDuration,
+    /// What later steps depend on.
     pub state: FirmwareState,
 }
 
 impl Firmware {
-    pub(crate) fn new(controller: &Controller, angle: f64) -> Self {
-        let period = duration(controller.period);
-        let delay = duration(controller.command_delay);
-        let command = Command {
+    /// Creates the controller of a shaft that it holds at `angle` \[rad\].
+    pub fn new(controller: &Controller, angle: f64) -> Self {
+        let period = super::duration(controller.period);
+        let delay = super::duration(controller.command_delay);
+        let command = ServoCommand {
             position: angle,
             enabled: true,
         };
@@ -60,22 +65,23 @@ impl Firmware {
     }
 
     /// Holds the shaft at `angle`, and forgets the commands under way.
-    pub(crate) fn restart(&mut self, angle: f64) {
+    pub fn restart(&mut self, angle: f64) {
         self.state.pending.clear();
-        self.state.command = Command {
+        self.state.command = ServoCommand {
             position: angle,
             enabled: true,
         };
         (self.state.set_point, self.state.set_rate) = (angle, 0.0);
     }
 
-    pub(crate) fn period(&self) -> SimDuration {
+    /// Returns the time between steps.
+    pub fn period(&self) -> SimDuration {
         self.period
     }
 
     /// Accepts a command that arrives at `now`; `tick` is the next step of the controller. Of the
     /// commands that come into force at the same step the last one counts.
-    pub(crate) fn command(&mut self, now: SimTime, tick: SimTime, command: Command) {
+    pub fn command(&mut self, now: SimTime, tick: SimTime, command: ServoCommand) {
         let arrival = now + self.delay;
         let late = arrival.max(tick) - tick;
         let steps = late.as_nanos().div_ceil(self.period.as_nanos());
@@ -87,7 +93,7 @@ impl Firmware {
     }
 
     /// A step of the controller at `tick`, where the shaft is at `angle` \[rad\].
-    pub(crate) fn step(&mut self, tick: SimTime, angle: f64) -> Bridge {
+    pub fn step(&mut self, tick: SimTime, angle: f64) -> Bridge {
         while let Some((due, command)) = self.state.pending.front() {
             if *due > tick {
                 break;
@@ -164,9 +170,4 @@ impl Firmware {
             self.state.set_point += moved;
         }
     }
-}
-
-/// Returns a duration that the ranges of the parameters admit.
-pub(crate) fn duration(seconds: f64) -> SimDuration {
-    SimDuration::try_from_secs_f64(seconds).unwrap_or(SimDuration::ZERO)
 }

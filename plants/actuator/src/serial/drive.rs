@@ -1,0 +1,193 @@
+//! A serial servo as the drive of a joint.
+//!
+//! A plant gets a torque–rate line for each of its steps, of a length h at most, which is made of
+//! the angle q and the rate ω of the joint at the beginning:
+//!
+//! ```text
+//! τ(ω) = τ_m + τ_m' (ω − ω₀) − K_v ω − k z − c ω
+//! ```
+//!
+//! `τ_m` is the torque of the motor under its duty cycle. Friction is a bristle of the deflection
+//! z: it turns with the joint up to its limits, z = ±T/k, where the joint slides under the friction
+//! T of that direction, and holds the joint anywhere between. Its stiffness k is κ J/h² with the
+//! inertia J of the motor, its damping c is ζ J/h and vanishes while the joint slides: both are as
+//! large as a step admits, and the deflection T h²/κJ vanishes with the square of h.
+//!
+//! T depends on the torque x that the gear transmits to the joint. x is known of the last step: the
+//! mean torque of the line less that which accelerated the motor. Half of each change of x is taken
+//! over in a step, since more friction lets less torque through.
+
+use serde::{Deserialize, Serialize};
+use twinrig_robot::serial::{Friction, Gear, SerialServo};
+
+use super::{Bridge, Winding};
+use crate::MotorLine;
+
+/// κ: the bristle and the motor alone oscillate with a period of 14 steps.
+const STIFFNESS: f64 = 0.2;
+/// ζ: a third of critical damping.
+const DAMPING: f64 = 0.3;
+/// Share of a change of the transmitted torque that is taken over in a step.
+const FOLLOWED: f64 = 0.5;
+
+/// Serial servo at the joint of a plant.
+#[derive(Clone, Debug)]
+pub struct SerialDrive {
+    winding: Winding,
+    friction: Friction,
+    gear: Gear,
+    inertia: f64,
+    /// Greatest length of a step \[s\].
+    step: f64,
+    state: SerialDriveState,
+}
+
+/// What later steps of a drive depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SerialDriveState {
+    /// Command of the bridge.
+    pub bridge: Bridge,
+    /// Rise of the temperature of the winding \[K\].
+    rise: f64,
+    /// Deflection of the bristle \[rad\].
+    deflection: f64,
+    /// Torque that the gear transmits \[N·m\].
+    transmitted: f64,
+    /// Begin of the last step, if there was one.
+    last: Option<Begin>,
+}
+
+/// Begin of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Begin {
+    /// Angle \[rad\] and rate \[rad/s\].
+    motion: [f64; 2],
+    /// Torque–rate line in the step: torque at rest, and damping.
+    line: [f64; 2],
+    /// Length of the step \[s\].
+    seconds: f64,
+}
+
+impl SerialDriveState {
+    const AT_REST: Self = Self {
+        bridge: Bridge::Open,
+        rise: 0.0,
+        deflection: 0.0,
+        transmitted: 0.0,
+        last: None,
+    };
+}
+
+impl SerialDrive {
+    /// Creates the drive with an open bridge and a cold winding, for steps of at most `step`
+    /// seconds.
+    pub fn new(servo: &SerialServo, step: f64) -> Self {
+        Self {
+            winding: Winding::new(&servo.motor, &servo.supply),
+            friction: servo.friction,
+            gear: servo.gear,
+            inertia: servo.motor.inertia,
+            step,
+            state: SerialDriveState::AT_REST,
+        }
+    }
+
+    /// Opens the bridge, and forgets the motion and the heat of the winding.
+    pub fn restart(&mut self) {
+        self.state = SerialDriveState::AT_REST;
+    }
+
+    /// Returns the state.
+    pub fn state(&self) -> SerialDriveState {
+        self.state
+    }
+
+    /// Restores a state.
+    pub fn restore(&mut self, state: SerialDriveState) {
+        self.state = state;
+    }
+
+    /// Sets the command of the bridge.
+    pub fn set_bridge(&mut self, bridge: Bridge) {
+        self.state.bridge = bridge;
+    }
+
+    /// Returns the inertia of the motor \[kg·m²\].
+    pub fn inertia(&self) -> f64 {
+        self.inertia
+    }
+
+    /// Begins a step of a length \[s\] at an angle \[rad\] and a rate \[rad/s\] of the joint, and
+    /// returns the torque of the drive in it, the acceleration of its inertia included.
+    pub fn begin(&mut self, [angle, rate]: [f64; 2], seconds: f64) -> MotorLine {
+        self.end([angle, rate]);
+        let state = &mut self.state;
+        let electric = self.winding.electric(state.bridge, rate, state.rise);
+        let (motor, current) = (electric.torque, electric.current);
+        let damping = match state.bridge {
+            Bridge::Open => 0.0,
+            Bridge::Duty(duty) => self.winding.damping(duty, current, state.rise),
+        };
+        state.rise = self.winding.warmed(state.rise, current, seconds);
+        let stiffness = STIFFNESS * self.inertia / (self.step * self.step);
+        let [most, least] = [1.0, -1.0].map(|direction| {
+            let friction = self.sliding([rate, motor], direction);
+            direction * friction / stiffness
+        });
+        let state = &mut self.state;
+        state.deflection = state.deflection.clamp(least, most);
+        // In the middle of the step.
+        let deflection = state.deflection + 0.5 * seconds * rate;
+        let (held, bristle) = if deflection > most {
+            (most, 0.0)
+        } else if deflection < least {
+            (least, 0.0)
+        } else {
+            (deflection, DAMPING * self.inertia / self.step)
+        };
+        let line = MotorLine {
+            torque: motor + damping * rate - stiffness * held,
+            damping: damping + self.friction.viscous + bristle,
+        };
+        self.state.last = Some(Begin {
+            motion: [angle, rate],
+            line: [line.torque, line.damping],
+            seconds,
+        });
+        line
+    }
+
+    /// Ends the last step in a motion: turns the bristle, and follows the transmitted torque.
+    fn end(&mut self, [angle, rate]: [f64; 2]) {
+        let state = &mut self.state;
+        let Some(last) = state.last.take() else {
+            return;
+        };
+        let [angle_before, rate_before] = last.motion;
+        let [torque, damping] = last.line;
+        let turned = angle - angle_before;
+        state.deflection += turned;
+        let accelerating = self.inertia * (rate - rate_before);
+        let transmitted = torque - (damping * turned + accelerating) / last.seconds;
+        let followed = FOLLOWED * (last.seconds / self.step).min(1.0);
+        state.transmitted += followed * (transmitted - state.transmitted);
+    }
+
+    /// Returns the friction, but for the viscous one, on a joint that slides in a direction, 1 or
+    /// −1, or is about to, at a rate and a torque of the motor \[N·m\].
+    fn sliding(&self, [rate, motor]: [f64; 2], direction: f64) -> f64 {
+        let transmitted = self.state.transmitted;
+        let viscous = self.friction.viscous * rate.abs();
+        let simple = self.friction.torque(rate, motor, -transmitted) - viscous;
+        if !self.gear.is_lossy() {
+            return simple;
+        }
+        let driving = transmitted * direction;
+        let share = if driving < 0.0 {
+            self.gear.driven_share(rate)
+        } else {
+            self.gear.driving_share(rate) + self.gear.driving_square * driving
+        };
+        simple + share * driving.abs()
+    }
+}
