@@ -50,13 +50,18 @@ pub enum Drives {
 }
 
 impl Drives {
-    /// Returns the number of inputs of a leg: a command for each of hip and knee, or voltage and
-    /// bridge for each.
+    /// Returns whether the drives are motors, also those of serial servos.
+    pub const fn have_motors(&self) -> bool {
+        matches!(self, Self::Motors { .. } | Self::Serial(_))
+    }
+
+    /// Returns the number of inputs of a leg in its dynamics: a command for each of hip and knee, or
+    /// two for each motor.
     pub const fn inputs(&self) -> usize {
         match self {
             Self::None => 0,
-            Self::Ideal { .. } | Self::Servos { .. } | Self::Serial(_) => 2,
-            Self::Motors { .. } => 4,
+            Self::Ideal { .. } | Self::Servos { .. } => 2,
+            Self::Motors { .. } | Self::Serial(_) => 4,
         }
     }
 }

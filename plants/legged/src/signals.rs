@@ -112,7 +112,7 @@ impl Signals {
         };
         let body = signal::BODY.map(|standard| select(true, standard.output()));
         let energy = signal::ENERGY.map(|standard| select(true, standard.output()));
-        let motors = matches!(setup.drives, Drives::Motors { .. } | Drives::Serial(_));
+        let motors = setup.drives.have_motors();
         let exists = |signal: &LegSignal| {
             (ground || !ON_GROUND.contains(signal))
                 && (drives || !OF_DRIVES.contains(signal))

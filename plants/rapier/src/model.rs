@@ -91,7 +91,8 @@ impl Model {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, RapierError> {
         options.check()?;
         let setup = &options.setup;
-        if options.step_only && (options.joints, setup.drives) != (Joints::Impulse, Drives::None) {
+        let is_free = options.joints == Joints::Impulse && setup.drives == Drives::None;
+        if options.step_only && !is_free {
             return Err(RapierError::StepOnly);
         }
         if robot.trunk.payload().is_some() {

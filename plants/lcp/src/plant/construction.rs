@@ -1,6 +1,6 @@
 //! Construction of a plant from a robot and options.
 
-use twinrig_legged::{Constraints, Drives, FromRobot, Setup};
+use twinrig_legged::{Constraints, FromRobot, Setup};
 use twinrig_robot::Robot;
 
 use super::rigid::initial_flow;
@@ -23,8 +23,7 @@ impl FromRobot for dyn Formulation {
         if options.constraints == Constraints::Compliant && options.method != Method::Rk4 {
             return Err(LcpError::CompliantMethod(options.method.name()));
         }
-        let motors = matches!(options.setup.drives, Drives::Motors { .. });
-        if motors && options.method == Method::Thesis {
+        if options.setup.drives.have_motors() && options.method == Method::Thesis {
             return Err(LcpError::Motors);
         }
         let selected_mounts = options.setup.selected_mounts(robot)?;
