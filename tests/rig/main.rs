@@ -18,4 +18,5 @@ mod restore;
 mod resume_from;
 mod scenarios;
 mod sensors;
+mod serial_servos;
 mod set_points;
