@@ -6,6 +6,7 @@ mod branches;
 #[cfg(feature = "mujoco")]
 mod identification;
 mod pushes;
+mod serial_servos;
 mod steps;
 
 use std::path::Path;
@@ -63,6 +64,11 @@ fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
         .settings(&of_command_line(settings))
         .file(&path)
         .unwrap();
+    feet_of(&assembly, SimDuration::from_millis(300))
+}
+
+/// Returns the foot positions of a run up to `end`.
+fn feet_of(assembly: &Assembly<'_>, end: SimDuration) -> Vec<Vec<f64>> {
     let mut rig = assembly.rig().unwrap();
     let layout = rig.layout(Group::Plant);
     let mut feet = Feet::default();
@@ -72,8 +78,7 @@ fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
         }
     }
     assert_eq!(feet.indices.len(), 12, "four feet");
-    rig.run_until(SimTime::ZERO + SimDuration::from_millis(300), &mut feet)
-        .unwrap();
+    rig.run_until(SimTime::ZERO + end, &mut feet).unwrap();
     feet.samples
 }
 

@@ -17,13 +17,13 @@ fn cub() -> Robot {
 }
 
 /// One leg of a robot that hangs from its trunk, with this servo.
-fn setup(servo: SerialServo) -> Setup {
+fn setup(servo: &SerialServo) -> Setup {
     Setup {
         base: Base::Fixed,
         legs: vec!["LF".to_owned()],
         ground: None,
         step: SimDuration::from_millis(1),
-        drives: Drives::Serial(Box::new(servo)),
+        drives: Drives::Serial(Box::new(*servo)),
         set_point: SetPoint::Held,
         start: Start::default(),
     }
@@ -52,7 +52,7 @@ fn massless(robot: &Robot, setup: Setup, constraints: Constraints) -> Box<dyn Pl
 }
 
 /// All plants, with their names.
-fn plants(servo: SerialServo) -> Vec<(&'static str, Box<dyn Plant>)> {
+fn plants(servo: &SerialServo) -> Vec<(&'static str, Box<dyn Plant>)> {
     let (robot, setup) = (cub(), setup(servo));
     let (rigid, compliant) = (Constraints::Rigid, Constraints::Compliant);
     vec![
@@ -101,7 +101,7 @@ fn swing(plant: &mut dyn Plant, [from, to]: [u32; 2], home: [f64; 2]) -> Vec<[f6
 #[test]
 fn plants_move_a_leg_alike() {
     let servo = cub().serial.unwrap();
-    let tracks: Vec<_> = plants(servo)
+    let tracks: Vec<_> = plants(&servo)
         .into_iter()
         .map(|(name, mut plant)| {
             let home = angles(&mut *plant);
@@ -133,8 +133,8 @@ fn restored_servos_continue_bit_for_bit() {
         capacity: 0.5,
         cooling: Some(20.0),
     });
-    let others = plants(servo).into_iter();
-    for ((name, mut plant), (_, mut other)) in plants(servo).into_iter().zip(others) {
+    let others = plants(&servo).into_iter();
+    for ((name, mut plant), (_, mut other)) in plants(&servo).into_iter().zip(others) {
         let home = angles(&mut *plant);
         swing(&mut *plant, [0, 300], home);
         plant.advance(instant(300.3), &[0.4, 0.1]).unwrap();
@@ -146,9 +146,9 @@ fn restored_servos_continue_bit_for_bit() {
     }
 }
 
-/// Without a gain the motor only brakes: the leg is held by friction beyond its weight, for ever, and
-/// sinks without. Rigid constraints of mass-less legs have no drive at rest: their correction of the
-/// energy needs a motion.
+/// Without a gain the motor only brakes: the leg is held by friction beyond its weight, for ever,
+/// and sinks without. Rigid constraints of mass-less legs have no drive at rest: their correction
+/// of the energy needs a motion.
 #[test]
 fn friction_holds_a_leg() {
     let mut servo = cub().serial.unwrap();
@@ -157,7 +157,7 @@ fn friction_holds_a_leg() {
     servo.gear = Gear::IDEAL;
     for (coulomb, is_held) in [(0.1, true), (0.0, false)] {
         servo.friction.coulomb = coulomb;
-        let plants = plants(servo).into_iter();
+        let plants = plants(&servo).into_iter();
         for (name, mut plant) in plants.filter(|(name, _)| *name != "massless, rigid") {
             let home = angles(&mut *plant);
             let mut hip_at = |ms| {

@@ -55,8 +55,8 @@ impl Drives {
         matches!(self, Self::Motors { .. } | Self::Serial(_))
     }
 
-    /// Returns the number of inputs of a leg in its dynamics: a command for each of hip and knee, or
-    /// two for each motor.
+    /// Returns the number of inputs of a leg in its dynamics: a command for each of hip and knee,
+    /// or two for each motor.
     pub const fn inputs(&self) -> usize {
         match self {
             Self::None => 0,

@@ -65,7 +65,8 @@ impl RobotFile {
             });
         }
         if let Some(document) = ROBOTS.find(name, beside)? {
-            return RobotFile::of(document.with_borrowed(&SERIAL, &SERVO_BENCHES, beside)?);
+            let servos = Some(beside);
+            return RobotFile::of(document.with_borrowed(&SERIAL, &SERVO_BENCHES, servos)?);
         }
         let known = RobotFile::names(beside);
         Err(RobotError::NotFound {
@@ -84,12 +85,14 @@ impl RobotFile {
         ROBOTS.embedded
     }
 
-    /// Parses `text`, with `file` as its name in messages.
+    /// Parses `text`, with `file` as its name in messages. Its serial servo may be that of a bench
+    /// that every build contains.
     ///
     /// # Errors
-    /// If it is not TOML, or the interval of an assumed value is none.
+    /// If it is not TOML, there is no such bench, or the interval of an assumed value is none.
     pub fn parse(file: &str, text: &str) -> Result<Self, RobotError> {
-        RobotFile::of(Document::parse(file, text)?)
+        let document = Document::parse(file, text)?;
+        RobotFile::of(document.with_borrowed(&SERIAL, &SERVO_BENCHES, None)?)
     }
 
     fn of(mut document: Document) -> Result<Self, RobotError> {

@@ -25,7 +25,7 @@ pub struct Borrowed<'k> {
 impl Document {
     /// Returns the document with tables of the document of `library` that it names, if it does:
     /// values that it has itself replace those of the other. The text is that of the whole, so that
-    /// it needs no other file.
+    /// it needs no other file. Without a folder `beside` only embedded documents are found.
     ///
     /// # Errors
     /// The name is no text, there is no document of that name, or it cannot be read.
@@ -33,7 +33,7 @@ impl Document {
         self,
         of: &Borrowed<'_>,
         library: &Library,
-        beside: &Path,
+        beside: Option<&Path>,
     ) -> Result<Self, DocumentError> {
         let Some(place) = self.place(&format!("{}.{}", of.table, of.key)) else {
             return Ok(self);
@@ -50,8 +50,15 @@ impl Document {
             let message = format!("`{}` is no name of a file", of.key);
             return Err(problem(message, format!("write {} = \"NAME\"", of.key)).into());
         };
-        let Some(other) = library.find(name, beside)? else {
-            let known = library.names(beside);
+        let found = match beside {
+            Some(beside) => library.find(name, beside)?,
+            None => library.find_embedded(name)?,
+        };
+        let Some(other) = found else {
+            let known = match beside {
+                Some(beside) => library.names(beside),
+                None => library.embedded_names(),
+            };
             let known = known.iter().map(String::as_str);
             let help = suggestion(name, library.folder, known);
             return Err(problem(format!("there is no `{name}`"), help).into());
@@ -109,7 +116,7 @@ mod tests {
 
     fn whole(text: &str) -> Result<Document, DocumentError> {
         let document = Document::parse("r.toml", text)?;
-        document.with_borrowed(&OF, &LIBRARY, Path::new("/"))
+        document.with_borrowed(&OF, &LIBRARY, None)
     }
 
     #[test]

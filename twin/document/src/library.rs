@@ -41,16 +41,25 @@ impl Library {
         if let Some(path) = paths.find(|path| path.is_file()) {
             return read(&path).map(Some);
         }
-        let embedded = self.embedded.iter().find(|(known, _)| *known == name);
-        let parse =
-            |(_, text): &(&str, &str)| Document::parse(&format!("{}/{file}", self.folder), text);
-        embedded.map(parse).transpose()
+        self.find_embedded(name)
+    }
+
+    /// Returns the embedded copy of the document `name`; `None` if there is none.
+    ///
+    /// # Errors
+    /// If it is not TOML.
+    pub fn find_embedded(&self, name: &str) -> Result<Option<Document>, DocumentError> {
+        let mut embedded = self.embedded.iter();
+        let found = embedded.find(|(known, _)| *known == name);
+        let parse = |(_, text): &(&str, &str)| {
+            Document::parse(&format!("{}/{name}.toml", self.folder), text)
+        };
+        found.map(parse).transpose()
     }
 
     /// Returns the names that [`Library::find`] finds from `beside`, sorted.
     pub fn names(&self, beside: &Path) -> Vec<String> {
-        let embedded = self.embedded.iter().map(|(name, _)| (*name).to_owned());
-        let mut names: Vec<String> = embedded.collect();
+        let mut names = self.embedded_names();
         for folder in self.folders(beside) {
             let Ok(entries) = std::fs::read_dir(folder) else {
                 continue;
@@ -65,6 +74,12 @@ impl Library {
         names.sort();
         names.dedup();
         names
+    }
+
+    /// Returns the names of the embedded documents.
+    pub(crate) fn embedded_names(&self) -> Vec<String> {
+        let names = self.embedded.iter().map(|(name, _)| (*name).to_owned());
+        names.collect()
     }
 
     fn folders(&self, beside: &Path) -> impl Iterator<Item = PathBuf> {
