@@ -56,7 +56,7 @@ fn fall_from_one_metre_bottoms_out_within_stops() {
         let semi_implicit = Integration::new(Method::SemiImplicit, 250);
         for integration in INTEGRATIONS[..3].iter().chain([&semi_implicit]) {
             let setup = Setup {
-                drives,
+                drives: drives.clone(),
                 ..drop(1.0, 0.6)
             };
             let mut harness = lcp(&robot, &setup, *integration);
