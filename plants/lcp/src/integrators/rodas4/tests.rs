@@ -189,7 +189,7 @@ fn assorted<const N: usize>() -> Vec<(&'static str, Flow<N>)> {
     let servos = fixtures::servo_drives(&robot);
     let mut tumbling = flow::<N>(&robot, Base::Free, OPEN, Drives::None, None);
     fixtures::tumbling(&mut tumbling);
-    let mut fixed = flow::<N>(&robot, Base::Fixed, OPEN, servos, None);
+    let mut fixed = flow::<N>(&robot, Base::Fixed, OPEN, servos.clone(), None);
     fixed.run.state.pulley_rate = Lanes::new([1.0, 2.0, 0.5, 3.0]);
     // Outside the dead band, below the maximum speed.
     fixed.run.mode.commands.hip += Lanes::splat(0.1);
