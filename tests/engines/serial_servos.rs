@@ -30,7 +30,8 @@ frequency = "2 Hz"
 ramp = "500 ms"
 "#;
 
-/// Feet of a hanging robot that trots in the air: MuJoCo is 0.4 mm from the full plant, Rapier 2.3 mm.
+/// Feet of a hanging robot that trots in the air: MuJoCo is 0.4 mm from the full plant, Rapier
+/// 2.3 mm.
 #[test]
 fn engines_move_the_feet_as_the_full_plant() {
     let registry = Registry::standard();

@@ -114,10 +114,11 @@ fn every_value_of_a_robot_file_states_its_source() {
     ] {
         let figures = text.lines().filter(|line| {
             let opened = ["inertia = [", "size = ["].contains(line);
-            let of_mount = ["name", "leg", "hip = [", "    {"];
-            let of_mount = of_mount.iter().any(|key| line.starts_with(key));
+            // A bench file has the sources of its values.
+            let of_other = ["name", "leg", "hip = [", "    {", "bench = "];
+            let of_other = of_other.iter().any(|key| line.starts_with(key));
             let has_value = line.contains('=') && !line.starts_with(['#', '[']);
-            has_value && !opened && (!of_mount || line.contains('#'))
+            has_value && !opened && (!of_other || line.contains('#'))
         });
         for line in figures {
             let comment = line.split_once('#').map_or("", |(_, comment)| comment);

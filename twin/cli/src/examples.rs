@@ -49,6 +49,7 @@ examples! {
     "trot-fast"
     "trot-foot-load"
     "trot-grip"
+    "trot-serial"
     "trot-slow-servo"
     "walk"
 }
