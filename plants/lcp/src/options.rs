@@ -101,8 +101,9 @@ pub enum LcpError {
     CompliantMethod(&'static str),
     /// The method does not support motors.
     #[error(
-        "the method `thesis` does not support motors: it sets the rate of a joint at a reached stop to zero \
-         while the drive keeps turning; choose servos or another method"
+        "the method `thesis` does not support motors, nor serial servos: it sets the rate of a joint at \
+         a reached stop to zero while the drive keeps turning; choose `kind = \"servo\"` or another \
+         method"
     )]
     Motors,
     /// The tolerance is not positive.

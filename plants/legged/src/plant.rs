@@ -235,7 +235,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
             }
             let seconds = (next - self.now).as_secs_f64();
             if let Some(servos) = &mut self.servos {
-                servos.begin(self.now, seconds, &mut *self.dynamics);
+                servos.start_step(self.now, seconds, &mut *self.dynamics);
             }
             // An engine that fails cannot return to the state before the step.
             let energy = self.energy().stored();
@@ -325,11 +325,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         };
         let checked = self.set_points.check(&saved.ramps);
         checked.map_err(&mismatch)?;
-        if let Some(servos) = &mut self.servos {
-            let saved = saved.servos.unwrap_or_default();
-            servos.check(&saved).map_err(&mismatch)?;
-            servos.restore(saved);
-        }
+        let servos = saved.servos.unwrap_or_default();
+        let count = self.servos.as_ref().map_or(0, SerialServos::count);
+        servos.check(count).map_err(&mismatch)?;
         if let (Some(friction), Some(saved)) = (&mut self.friction, saved.friction) {
             friction.restore(saved);
             friction.set(&mut *self.dynamics);
@@ -337,6 +335,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         let restored = self.dynamics.restore(saved.dynamics);
         restored.map_err(mismatch)?;
         self.set_points.restore(saved.ramps);
+        if let Some(of_plant) = &mut self.servos {
+            of_plant.restore(servos);
+        }
         self.limits.restore(saved.limits);
         (self.now, self.window) = (saved.now, saved.window);
         Ok(())
@@ -377,6 +378,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         self.set_points.reset(initial_inputs);
         if let Some(servos) = &mut self.servos {
             servos.restart(self.now, &*self.dynamics);
+            lines.push(SerialServos::RESTARTED.to_owned());
         }
         self.events.clear();
         self.limits.restore(Excesses::default());

@@ -12,7 +12,7 @@ use crate::dynamics::Dynamics;
 use crate::readings::Readings;
 
 /// Servos of hip and knee of all legs. They work in steps of the period of their firmware, at the
-/// same instants, and begin a step of their drives with each step of the plant.
+/// same instants; a step of their drives is one of the plant.
 #[derive(Debug, Clone)]
 pub(crate) struct SerialServos {
     servos: Vec<Servo>,
@@ -50,7 +50,30 @@ fn motion<R: Readings + ?Sized>(readings: &R, drive: usize) -> [f64; 2] {
     }
 }
 
+impl SavedServos {
+    /// Checks that the state is that of so many servos.
+    ///
+    /// # Errors
+    /// Description of the state.
+    pub(crate) fn check(&self, expected: usize) -> Result<(), String> {
+        let found = self.servos.len();
+        if found == expected && self.commands.len() == expected {
+            return Ok(());
+        }
+        Err(format!("{found} serial servos, expected {expected}"))
+    }
+}
+
 impl SerialServos {
+    /// Note on servos that resume from a state.
+    pub(crate) const RESTARTED: &str =
+        "serial servos hold their positions, with cold windings and no commands under way";
+
+    /// Returns the number of servos.
+    pub(crate) fn count(&self) -> usize {
+        self.servos.len()
+    }
+
     /// Creates the servos of `legs` legs, which hold their positions; steps of the plant have at
     /// most the length `step`.
     pub(crate) fn new<R: Readings + ?Sized>(
@@ -86,7 +109,7 @@ impl SerialServos {
         }
     }
 
-    /// Writes the commands in force.
+    /// Writes the last commands.
     pub(crate) fn commands(&self, commands: &mut [f64]) {
         commands.copy_from_slice(&self.commands);
     }
@@ -115,8 +138,8 @@ impl SerialServos {
         }
     }
 
-    /// Begins a step of the plant, with the inputs of its dynamics.
-    pub(crate) fn begin<D: Dynamics + ?Sized>(
+    /// Starts a step of the plant, with the inputs of its dynamics.
+    pub(crate) fn start_step<D: Dynamics + ?Sized>(
         &mut self,
         now: SimTime,
         seconds: f64,
@@ -130,8 +153,8 @@ impl SerialServos {
                 let bridge = servo.firmware.step(self.tick, motion[0]);
                 servo.drive.set_bridge(bridge);
             }
-            let begun = servo.drive.begin(motion, seconds);
-            (line[0], line[1]) = (begun.torque, begun.damping);
+            let started = servo.drive.start_step(motion, seconds);
+            (line[0], line[1]) = (started.torque, started.damping);
         }
         if is_tick {
             self.tick = now + self.period;
@@ -154,19 +177,7 @@ impl SerialServos {
         }
     }
 
-    /// Checks that a saved state has as many servos.
-    ///
-    /// # Errors
-    /// Description of the saved state.
-    pub(crate) fn check(&self, saved: &SavedServos) -> Result<(), String> {
-        let (found, expected) = (saved.servos.len(), self.servos.len());
-        if found == expected && saved.commands.len() == expected {
-            return Ok(());
-        }
-        Err(format!("{found} serial servos, expected {expected}"))
-    }
-
-    /// Restores a state that [`Self::check`] accepts.
+    /// Restores a state of as many servos.
     pub(crate) fn restore(&mut self, saved: SavedServos) {
         for (servo, (firmware, drive)) in self.servos.iter_mut().zip(saved.servos) {
             servo.firmware.state = firmware;

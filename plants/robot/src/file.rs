@@ -4,7 +4,8 @@ use std::path::Path;
 
 use twinrig_document::declaration::TableReference;
 use twinrig_document::{
-    AssumedValue, Borrowed, Document, DocumentError, Library, Overrides, Place, Warning, suggestion,
+    AssumedValue, Document, DocumentError, ImportedTables, Library, Overrides, Place, Warning,
+    suggestion,
 };
 
 use crate::error::RobotError;
@@ -31,7 +32,7 @@ pub const SERVO_BENCHES: Library = Library {
 };
 
 /// `[serial] bench = "NAME"` is the servo of that bench.
-const SERIAL: Borrowed<'_> = Borrowed {
+const SERIAL: ImportedTables<'_> = ImportedTables {
     table: "serial",
     key: "bench",
     tables: &["supply", "motor", "friction", "gear", "controller"],
@@ -65,8 +66,7 @@ impl RobotFile {
             });
         }
         if let Some(document) = ROBOTS.find(name, beside)? {
-            let servos = Some(beside);
-            return RobotFile::of(document.with_borrowed(&SERIAL, &SERVO_BENCHES, servos)?);
+            return RobotFile::of(document);
         }
         let known = RobotFile::names(beside);
         Err(RobotError::NotFound {
@@ -91,11 +91,11 @@ impl RobotFile {
     /// # Errors
     /// If it is not TOML, there is no such bench, or the interval of an assumed value is none.
     pub fn parse(file: &str, text: &str) -> Result<Self, RobotError> {
-        let document = Document::parse(file, text)?;
-        RobotFile::of(document.with_borrowed(&SERIAL, &SERVO_BENCHES, None)?)
+        RobotFile::of(Document::parse(file, text)?)
     }
 
-    fn of(mut document: Document) -> Result<Self, RobotError> {
+    fn of(document: Document) -> Result<Self, RobotError> {
+        let mut document = document.with_imported(&SERIAL, &SERVO_BENCHES)?;
         let assumed = document.take_assumed()?;
         Ok(RobotFile { document, assumed })
     }

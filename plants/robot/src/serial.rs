@@ -35,7 +35,8 @@ fn check_in_leg(table: &Table<'_>, servo: &SerialServo) -> Result<(), Reported> 
         return Ok(());
     }
     let message = "the gear of a servo in a leg has no backlash";
-    Err(table.report("gear", message, "leave `backlash` out"))
+    let help = "leave `backlash` out, or write gear.backlash = \"0 deg\" beside a bench";
+    Err(table.report("gear", message, help))
 }
 
 record! {

@@ -1,7 +1,7 @@
 //! A document: one TOML file and the values set on top of it.
 
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use toml::de::DeTable;
@@ -20,7 +20,9 @@ use crate::toml_text::{is_entry, quoted};
 /// A document in memory. The crate page has an example.
 #[derive(Clone, Debug)]
 pub struct Document {
-    source: Arc<Source>,
+    pub(crate) source: Arc<Source>,
+    /// Folder of its file; none of a document in memory.
+    pub(crate) folder: Option<PathBuf>,
     pub(crate) root: Node,
     warnings: Vec<Warning>,
     /// Ranges of the data to which included values were fitted.
@@ -77,6 +79,7 @@ impl Document {
             let root = Node::of_table(&table, &source);
             return Ok(Document {
                 source,
+                folder: None,
                 root,
                 warnings: Vec::new(),
                 fitted: Vec::new(),

@@ -18,7 +18,7 @@ const BEYOND_FIT: &str = "beyond-fit";
 pub(crate) struct FittedRange {
     /// File of the overlay.
     overlay: String,
-    pub(crate) keys: Vec<String>,
+    keys: Vec<String>,
     /// Texts of the least and the greatest value.
     ends: [String; 2],
 }
@@ -36,6 +36,12 @@ impl FittedRange {
         let mut ranges = Vec::new();
         collect(overlay, table, &mut Vec::new(), &mut ranges)?;
         Ok(ranges)
+    }
+
+    /// Whether the value is in one of these tables.
+    pub(crate) fn is_of(&self, tables: &[&str]) -> bool {
+        let table = self.keys.first();
+        table.is_some_and(|table| tables.contains(&table.as_str()))
     }
 
     /// Returns the range of the value in a table of another document.

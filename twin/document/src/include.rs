@@ -91,7 +91,9 @@ fn names(item: &Item) -> Option<Vec<String>> {
 /// Puts values into a table; returns the key of one that has no place.
 pub(crate) fn merge(table: &mut dyn TableLike, values: &dyn TableLike) -> Result<(), String> {
     for (key, item) in values.iter() {
-        if let Some(inner) = item.as_table_like() {
+        // A value with its interval is a value.
+        let inner = item.as_table_like();
+        if let Some(inner) = inner.filter(|inner| !inner.contains_key("value")) {
             let there = table
                 .entry(key)
                 .or_insert_with(|| Item::Table(Table::new()));
@@ -101,6 +103,8 @@ pub(crate) fn merge(table: &mut dyn TableLike, values: &dyn TableLike) -> Result
             merge(there, inner).map_err(|below| format!("{key}.{below}"))?;
         } else if let Some(value) = item.as_value() {
             put(table, key, value.clone());
+        } else {
+            table.insert(key, item.clone());
         }
     }
     Ok(())

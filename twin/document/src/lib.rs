@@ -43,12 +43,12 @@
 //! Out of scope: writing TOML, the meaning of any file, comments, dates.
 
 mod assumed;
-mod borrowed;
 pub mod declaration;
 mod document;
 mod error;
 mod file;
 mod fitted;
+mod imported;
 mod include;
 mod item;
 mod library;
@@ -70,10 +70,10 @@ mod visible;
 mod written_unit;
 
 pub use assumed::AssumedValue;
-pub use borrowed::Borrowed;
 pub use document::Document;
 pub use error::{DocumentError, Placed, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};
+pub use imported::ImportedTables;
 pub use item::Item;
 pub use library::Library;
 pub use near::{nearest, suggestion};

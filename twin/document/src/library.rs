@@ -95,10 +95,12 @@ impl Library {
 /// Reads a file with its overlays.
 fn read(path: &Path) -> Result<Document, DocumentError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    Document::read(path)?.with_overlays(folder)
+    let mut document = Document::read(path)?.with_overlays(folder)?;
+    document.folder = Some(folder.to_owned());
+    Ok(document)
 }
 
-fn is_path(name: &str) -> bool {
+pub(crate) fn is_path(name: &str) -> bool {
     let path = Path::new(name);
     let extension = path.extension();
     name.contains(['/', '\\']) || extension.is_some_and(|extension| extension == "toml")

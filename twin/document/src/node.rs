@@ -159,6 +159,21 @@ impl Node {
         Node { value, place }
     }
 
+    /// Returns the entries of a table.
+    pub fn entries_mut(&mut self) -> Option<&mut Vec<Entry>> {
+        match &mut self.value {
+            Value::Table(entries) => Some(entries),
+            _ => None,
+        }
+    }
+
+    /// Returns the value of a key of a table.
+    pub fn entry_mut(&mut self, key: &str) -> Option<&mut Node> {
+        let mut entries = self.entries_mut()?.iter_mut();
+        let entry = entries.find(|entry| entry.key == key)?;
+        Some(&mut entry.node)
+    }
+
     fn text(&self, key: &str) -> Option<&str> {
         let Value::Table(entries) = &self.value else {
             return None;

@@ -1,21 +1,24 @@
 //! A serial servo as the drive of a joint.
 //!
 //! A plant gets a torque–rate line for each of its steps, of a length h at most, which is made of
-//! the angle q and the rate ω of the joint at the beginning:
+//! the angle q and the rate ω₀ of the joint at the start of the step:
 //!
 //! ```text
-//! τ(ω) = τ_m + τ_m' (ω − ω₀) − K_v ω − k z − c ω
+//! τ(ω) = τ_m + τ_m' (ω − ω₀) − K_v ω − k (z + ½ h ω₀) − c ω
 //! ```
 //!
 //! `τ_m` is the torque of the motor under its duty cycle. Friction is a bristle of the deflection
-//! z: it turns with the joint up to its limits, z = ±T/k, where the joint slides under the friction
-//! T of that direction, and holds the joint anywhere between. Its stiffness k is κ J/h² with the
-//! inertia J of the motor, its damping c is ζ J/h and vanishes while the joint slides: both are as
-//! large as a step admits, and the deflection T h²/κJ vanishes with the square of h.
+//! z: it turns with the joint up to its limits, ±T/k, where the joint slides under the friction T
+//! of that direction, and holds the joint anywhere between. Its stiffness k is κ J/h² with the
+//! inertia J of the motor, its damping c is ζ J/h and vanishes while the joint slides: they are
+//! stable for the motor alone, and so for a motor with a load. The deflection T h²/κJ is that of
+//! a joint at rest; it vanishes with the square of h, and is large where a motor is light.
 //!
-//! T depends on the torque x that the gear transmits to the joint. x is known of the last step: the
-//! mean torque of the line less that which accelerated the motor. Half of each change of x is taken
-//! over in a step, since more friction lets less torque through.
+//! T depends on the torque x that the gear transmits to the joint, the inertia of the load
+//! included; −x is the torque of the load in [`Friction`]. x is known of the last step: the mean
+//! torque of the line less that which accelerated the motor. Since more friction lets less torque
+//! through, a share 1/(1 + T') of each change of x is taken over in a step, with the derivative T'
+//! of the friction by x.
 
 use serde::{Deserialize, Serialize};
 use twinrig_robot::serial::{Friction, Gear, SerialServo};
@@ -27,8 +30,6 @@ use crate::MotorLine;
 const STIFFNESS: f64 = 0.2;
 /// ζ: a third of critical damping.
 const DAMPING: f64 = 0.3;
-/// Share of a change of the transmitted torque that is taken over in a step.
-const FOLLOWED: f64 = 0.5;
 
 /// Serial servo at the joint of a plant.
 #[derive(Clone, Debug)]
@@ -42,7 +43,7 @@ pub struct SerialDrive {
     state: SerialDriveState,
 }
 
-/// What later steps of a drive depend on.
+/// State of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SerialDriveState {
     /// Command of the bridge.
@@ -53,13 +54,13 @@ pub struct SerialDriveState {
     deflection: f64,
     /// Torque that the gear transmits \[N·m\].
     transmitted: f64,
-    /// Begin of the last step, if there was one.
-    last: Option<Begin>,
+    /// Start of the last step, if there was one.
+    last: Option<StepStart>,
 }
 
-/// Begin of a step.
+/// Start of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Begin {
+struct StepStart {
     /// Angle \[rad\] and rate \[rad/s\].
     motion: [f64; 2],
     /// Torque–rate line in the step: torque at rest, and damping.
@@ -117,10 +118,10 @@ impl SerialDrive {
         self.inertia
     }
 
-    /// Begins a step of a length \[s\] at an angle \[rad\] and a rate \[rad/s\] of the joint, and
+    /// Starts a step of a length \[s\] at an angle \[rad\] and a rate \[rad/s\] of the joint, and
     /// returns the torque of the drive in it, the acceleration of its inertia included.
-    pub fn begin(&mut self, [angle, rate]: [f64; 2], seconds: f64) -> MotorLine {
-        self.end([angle, rate]);
+    pub fn start_step(&mut self, [angle, rate]: [f64; 2], seconds: f64) -> MotorLine {
+        self.end_step([angle, rate]);
         let state = &mut self.state;
         let electric = self.winding.electric(state.bridge, rate, state.rise);
         let (motor, current) = (electric.torque, electric.current);
@@ -149,7 +150,7 @@ impl SerialDrive {
             torque: motor + damping * rate - stiffness * held,
             damping: damping + self.friction.viscous + bristle,
         };
-        self.state.last = Some(Begin {
+        self.state.last = Some(StepStart {
             motion: [angle, rate],
             line: [line.torque, line.damping],
             seconds,
@@ -158,18 +159,19 @@ impl SerialDrive {
     }
 
     /// Ends the last step in a motion: turns the bristle, and follows the transmitted torque.
-    fn end(&mut self, [angle, rate]: [f64; 2]) {
-        let state = &mut self.state;
-        let Some(last) = state.last.take() else {
+    fn end_step(&mut self, [angle, rate]: [f64; 2]) {
+        let Some(last) = self.state.last.take() else {
             return;
         };
+        let gain = self.gain(rate);
+        let state = &mut self.state;
         let [angle_before, rate_before] = last.motion;
         let [torque, damping] = last.line;
         let turned = angle - angle_before;
         state.deflection += turned;
         let accelerating = self.inertia * (rate - rate_before);
         let transmitted = torque - (damping * turned + accelerating) / last.seconds;
-        let followed = FOLLOWED * (last.seconds / self.step).min(1.0);
+        let followed = (last.seconds / self.step).min(1.0) / (1.0 + gain);
         state.transmitted += followed * (transmitted - state.transmitted);
     }
 
@@ -189,5 +191,19 @@ impl SerialDrive {
             self.gear.driving_share(rate) + self.gear.driving_square * driving
         };
         simple + share * driving.abs()
+    }
+
+    /// Returns the greatest derivative of the friction by the transmitted torque at a rate.
+    fn gain(&self, rate: f64) -> f64 {
+        let (friction, gear) = (&self.friction, &self.gear);
+        let twice = 2.0 * self.state.transmitted.abs();
+        let of_gear = if gear.is_lossy() {
+            let driving = gear.driving_share(rate) + gear.driving_square * twice;
+            driving.max(gear.driven_share(rate))
+        } else {
+            0.0
+        };
+        let of_load = friction.external_load + friction.external_load_square * twice;
+        of_gear + of_load + friction.stribeck_external_load
     }
 }

@@ -36,7 +36,7 @@ pub struct Firmware {
     per_radian: f64,
     delay: SimDuration,
     period: SimDuration,
-    /// What later steps depend on.
+    /// State.
     pub state: FirmwareState,
 }
 

@@ -9,7 +9,8 @@ record! {
     /// Friction by the torques of motor and load: the laws M1 to M6 of *Extended Friction Models
     /// for the Physics Simulation of Servo Actuators* (ICRA 2025), of which each is the one before
     /// with more parameters. With the torque τ_m of the motor and the torque τ_e of the load on the
-    /// shaft, which have opposite signs where they balance:
+    /// shaft, which have opposite signs where they balance (on a bench that of gravity, in a leg
+    /// that of the leg with its inertia):
     ///
     /// ```text
     /// τ_f = K_v |ω| + K_c + |K_m τ_m − K_e τ_e| + Q_m τ_m² + Q_e τ_e²

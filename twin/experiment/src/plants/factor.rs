@@ -174,7 +174,7 @@ impl Factor {
             Self::Speed if !input.servos || !input.commands.change() => {
                 Some("no servo is commanded")
             }
-            Self::Gain if !input.servos => Some("nothing drives the legs"),
+            Self::Gain if !input.servos => Some("the legs have no position servos"),
             Self::Friction | Self::Restitution if !input.ground => Some("there is no ground"),
             _ => None,
         }

@@ -135,7 +135,7 @@ fn ineffective_factors_are_left_out_with_reason() {
     assert_eq!(
         found.left_out,
         [
-            "gain of the position loop: nothing drives the legs",
+            "gain of the position loop: the legs have no position servos",
             "friction of the ground: there is no ground",
             "restitution of the ground: there is no ground",
         ]

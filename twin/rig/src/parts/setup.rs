@@ -145,8 +145,14 @@ pub(crate) fn motors(robot: &Robot) -> Result<Motors, BuildError> {
 
 /// Returns the serial servos of a robot, or the error that it has none.
 fn serial(robot: &Robot) -> Result<SerialServo, BuildError> {
-    let why = "the robot file has no [serial]: add the servo, as in benches/xl330.toml";
-    robot.serial.ok_or_else(|| why.into())
+    robot.serial.ok_or_else(|| {
+        let name = &robot.name;
+        let why = format!(
+            "the file of the robot {name} has no [serial]: add that with bench = \"xl330\", or \
+             another bench of a servo"
+        );
+        why.into()
+    })
 }
 
 /// Returns a servo with the parameters that the scenario overrides.
