@@ -1,7 +1,6 @@
-//! Serial servos: a position controller in firmware, a bridge at a supply with resistance, a
-//! direct-current motor whose winding heats up, and a gear with friction. [`ServoBench`] is a
-//! plant: one such servo that moves a mass on an arm in a vertical plane, as on the benches on
-//! which servos are measured.
+//! Bench of a serial servo: [`ServoBench`] is a plant, in which one servo moves a mass on an arm in
+//! a vertical plane, as on the benches on which servos are measured. Its firmware and its motor are
+//! those of `twinrig_actuator::serial`.
 //!
 //! ```
 //! use twinrig_kernel::{SimDuration, SimTime};
@@ -35,7 +34,8 @@
 //! the rise of the temperature of the winding, α the temperature coefficient of copper. With the
 //! torque off the bridge is open: I = 0, but where k |ω| exceeds V and the voltage of two diodes,
 //! what exceeds them drives a current into the supply, which brakes. s is the direction of motion,
-//! `τ_f` ≥ 0 the friction ([`Friction`], [`Gear`]). A shaft at rest stays there while the other
+//! `τ_f` ≥ 0 the friction ([`Friction`](twinrig_robot::serial::Friction),
+//! [`Gear`](twinrig_robot::serial::Gear)). A shaft at rest stays there while the other
 //! torques do not exceed `τ_f` at rest; the instant at which it comes to rest is located within a
 //! step.
 //!
