@@ -113,11 +113,6 @@ impl SerialDrive {
         self.state.bridge = bridge;
     }
 
-    /// Returns the inertia of the motor \[kg·m²\].
-    pub fn inertia(&self) -> f64 {
-        self.inertia
-    }
-
     /// Starts a step of a length \[s\] at an angle \[rad\] and a rate \[rad/s\] of the joint, and
     /// returns the torque of the drive in it, the acceleration of its inertia included.
     pub fn start_step(&mut self, [angle, rate]: [f64; 2], seconds: f64) -> MotorLine {
@@ -136,7 +131,8 @@ impl SerialDrive {
             direction * friction / stiffness
         });
         let state = &mut self.state;
-        state.deflection = state.deflection.clamp(least, most);
+        // Unlike `clamp`, of a motion that is no number, too, which the plant reports.
+        state.deflection = state.deflection.max(least).min(most);
         // In the middle of the step.
         let deflection = state.deflection + 0.5 * seconds * rate;
         let (held, bristle) = if deflection > most {
@@ -205,5 +201,25 @@ impl SerialDrive {
         };
         let of_load = friction.external_load + friction.external_load_square * twice;
         of_gear + of_load + friction.stribeck_external_load
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use twinrig_robot::RobotFile;
+
+    use super::*;
+
+    #[test]
+    fn motion_that_is_no_number_is_no_panic() {
+        let cub = RobotFile::find("cheetah-cub", "/".as_ref()).unwrap();
+        let servo = cub.robot().unwrap().serial.unwrap();
+        let mut drive = SerialDrive::new(&servo, 1e-3);
+        drive.set_bridge(Bridge::Duty(0.5));
+        for motion in [[0.0, 0.0], [0.1, f64::NAN], [f64::INFINITY, 1.0]] {
+            drive.start_step(motion, 1e-3);
+        }
+        drive.restart();
+        assert!(drive.start_step([0.0; 2], 1e-3).torque.is_finite());
     }
 }
