@@ -131,7 +131,7 @@ impl SerialDrive {
             direction * friction / stiffness
         });
         let state = &mut self.state;
-        // Unlike `clamp`, of a motion that is no number, too, which the plant reports.
+        // Unlike `clamp`, also of a motion that is not a number, which the plant reports.
         state.deflection = state.deflection.max(least).min(most);
         // In the middle of the step.
         let deflection = state.deflection + 0.5 * seconds * rate;
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn motion_that_is_no_number_is_no_panic() {
+    fn motion_that_is_not_a_number_does_not_panic() {
         let cub = RobotFile::find("cheetah-cub", "/".as_ref()).unwrap();
         let servo = cub.robot().unwrap().serial.unwrap();
         let mut drive = SerialDrive::new(&servo, 1e-3);
