@@ -10,7 +10,7 @@ use crate::{ENGINES, feet_of, of_command_line, rms};
 
 const HANGING: &str = r#"
 name = "hanging"
-robot = "cheetah-cub"
+robot = "cheetah-cub-sts3215"
 duration = "2 s"
 seed = 1
 override.serial.controller.gain = 32

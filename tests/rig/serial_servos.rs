@@ -12,7 +12,7 @@ use twinrig_runtime::Plant;
 
 fn cub() -> Robot {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    let file = RobotFile::find("cheetah-cub", root).unwrap();
+    let file = RobotFile::find("cheetah-cub-sts3215", root).unwrap();
     file.robot().unwrap()
 }
 

@@ -58,9 +58,10 @@ impl SavedServos {
     pub(crate) fn check(&self, expected: usize) -> Result<(), String> {
         let found = self.servos.len();
         if found == expected && self.commands.len() == expected {
-            return Ok(());
+            Ok(())
+        } else {
+            Err(format!("{found} serial servos, expected {expected}"))
         }
-        Err(format!("{found} serial servos, expected {expected}"))
     }
 }
 
@@ -82,12 +83,16 @@ impl SerialServos {
         step: SimDuration,
         readings: &R,
     ) -> Self {
-        let firmware = Firmware::new(&servo.controller, 0.0);
-        let period = firmware.period();
-        let drive = SerialDrive::new(servo, step.min(period).as_secs_f64());
+        let period = Firmware::new(&servo.controller, 0.0).period();
+        let step = step.min(period).as_secs_f64();
         let drives = 2 * legs;
+        // Not cloned, which would take the capacity of their queues.
+        let each = (0..drives).map(|_| Servo {
+            firmware: Firmware::new(&servo.controller, 0.0),
+            drive: SerialDrive::new(servo, step),
+        });
         let mut servos = Self {
-            servos: vec![Servo { firmware, drive }; drives],
+            servos: each.collect(),
             commands: vec![0.0; drives],
             tick: SimTime::ZERO,
             period,

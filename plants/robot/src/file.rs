@@ -4,8 +4,7 @@ use std::path::Path;
 
 use twinrig_document::declaration::TableReference;
 use twinrig_document::{
-    AssumedValue, Document, DocumentError, ImportedTables, Library, Overrides, Place, Warning,
-    suggestion,
+    AssumedValue, Document, DocumentError, Import, Library, Overrides, Place, Warning, suggestion,
 };
 
 use crate::error::RobotError;
@@ -17,6 +16,10 @@ const ROBOTS: Library = Library {
     folder: "robots",
     embedded: &[
         ("cheetah-cub", include_str!("../files/cheetah-cub.toml")),
+        (
+            "cheetah-cub-sts3215",
+            include_str!("../files/cheetah-cub-sts3215.toml"),
+        ),
         ("oncilla", include_str!("../files/oncilla.toml")),
     ],
 };
@@ -31,11 +34,18 @@ pub const SERVO_BENCHES: Library = Library {
     ],
 };
 
-/// `[serial] bench = "NAME"` is the servo of that bench.
-const SERIAL: ImportedTables<'_> = ImportedTables {
-    table: "serial",
+/// `base = "NAME"`: the robot is that one but for the values of the file.
+const BASE: Import<'_> = Import {
+    table: None,
+    key: "base",
+    entries: None,
+};
+
+/// `[serial] bench = "NAME"`: the servo is that of the bench.
+const SERIAL: Import<'_> = Import {
+    table: Some("serial"),
     key: "bench",
-    tables: &["supply", "motor", "friction", "gear", "controller"],
+    entries: Some(&["supply", "motor", "friction", "gear", "controller"]),
 };
 
 /// A robot file: its text, and the values that a scenario overrides.
@@ -85,16 +95,17 @@ impl RobotFile {
         ROBOTS.embedded
     }
 
-    /// Parses `text`, with `file` as its name in messages. Its serial servo may be that of a bench
-    /// that every build contains.
+    /// Parses `text`, with `file` as its name in messages. Its base and its serial servo may be
+    /// those of files that every build contains.
     ///
     /// # Errors
-    /// If it is not TOML, there is no such bench, or the interval of an assumed value is none.
+    /// If it is not TOML, there is no such file, or the interval of an assumed value is none.
     pub fn parse(file: &str, text: &str) -> Result<Self, RobotError> {
         RobotFile::of(Document::parse(file, text)?)
     }
 
     fn of(document: Document) -> Result<Self, RobotError> {
+        let document = document.with_imported(&BASE, &ROBOTS)?;
         let mut document = document.with_imported(&SERIAL, &SERVO_BENCHES)?;
         let assumed = document.take_assumed()?;
         Ok(RobotFile { document, assumed })

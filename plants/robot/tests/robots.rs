@@ -114,11 +114,10 @@ fn every_value_of_a_robot_file_states_its_source() {
     ] {
         let figures = text.lines().filter(|line| {
             let opened = ["inertia = [", "size = ["].contains(line);
-            // A bench file has the sources of its values.
-            let of_other = ["name", "leg", "hip = [", "    {", "bench = "];
-            let of_other = of_other.iter().any(|key| line.starts_with(key));
+            let of_mount = ["name", "leg", "hip = [", "    {"];
+            let of_mount = of_mount.iter().any(|key| line.starts_with(key));
             let has_value = line.contains('=') && !line.starts_with(['#', '[']);
-            has_value && !opened && (!of_other || line.contains('#'))
+            has_value && !opened && (!of_mount || line.contains('#'))
         });
         for line in figures {
             let comment = line.split_once('#').map_or("", |(_, comment)| comment);
@@ -228,7 +227,7 @@ fn nearest_folder_precedes_its_ancestors_and_the_embedded_copy() {
     fs::write(root.join("robots/longer.toml"), named("longer")).unwrap();
     assert_eq!(
         RobotFile::names(&inner),
-        ["cheetah-cub", "longer", "oncilla"]
+        ["cheetah-cub", "cheetah-cub-sts3215", "longer", "oncilla"]
     );
     fs::remove_dir_all(&root).unwrap();
 }

@@ -38,15 +38,14 @@ impl FittedRange {
         Ok(ranges)
     }
 
-    /// Whether the value is in one of these tables.
-    pub(crate) fn is_of(&self, tables: &[&str]) -> bool {
-        let table = self.keys.first();
-        table.is_some_and(|table| tables.contains(&table.as_str()))
+    /// Returns the first part of the key.
+    pub(crate) fn table(&self) -> Option<&str> {
+        self.keys.first().map(String::as_str)
     }
 
-    /// Returns the range of the value in a table of another document.
-    pub(crate) fn below(mut self, table: &str) -> Self {
-        self.keys.insert(0, table.to_owned());
+    /// Returns the range of the value in a table of another document, or at its root.
+    pub(crate) fn below(mut self, table: Option<&str>) -> Self {
+        self.keys.splice(..0, table.map(str::to_owned));
         self
     }
 

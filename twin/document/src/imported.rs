@@ -1,9 +1,9 @@
-//! Tables that a document takes from another.
+//! Tables and values that a document takes from another.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use toml_edit::{DocumentMut, Item, Table, TomlError};
+use toml_edit::{DocumentMut, Item, Table, TableLike, TomlError};
 
 use crate::document::Document;
 use crate::error::{DocumentError, Problem};
@@ -14,54 +14,65 @@ use crate::near::suggestion;
 use crate::node::{Entry, Node, Value};
 use crate::source::{Place, Source};
 
-/// Tables of other documents for one table of a document.
+/// Tables and values that a document takes from another of a library.
 #[derive(Clone, Copy, Debug)]
-pub struct ImportedTables<'k> {
-    /// Table that gets them.
-    pub table: &'k str,
+pub struct Import<'k> {
+    /// Table that gets them; none for the root.
+    pub table: Option<&'k str>,
     /// Its key with the name of the other document.
     pub key: &'k str,
-    /// The tables that it gets, where the other document has them.
-    pub tables: &'k [&'k str],
+    /// What it gets, where the other document has it; none for all.
+    pub entries: Option<&'k [&'k str]>,
+}
+
+impl Import<'_> {
+    /// Whether the entry of this key is imported.
+    fn has(&self, key: &str) -> bool {
+        self.entries.is_none_or(|entries| entries.contains(&key))
+    }
 }
 
 impl Document {
-    /// Returns the document with tables of the document of `library` that it names, if it does:
-    /// values that it has itself replace those of the other. The text is that of the whole, so that
-    /// it needs no other file; places are those in both files. The other document is found from the
-    /// folder of this one; for a document in memory it is an embedded one.
+    /// Returns the document with the entries of the document of `library` that it names, if it
+    /// does: values that it has itself replace those of the other. The text is that of the whole,
+    /// so that it needs no other file; places are those in both files. The other document is found
+    /// from the folder of this one; for a document in memory it is an embedded one.
     ///
     /// # Errors
-    /// The name is no text, there is no document of that name, or it cannot be read.
+    /// The name is no text, there is no document of that name, it cannot be read, or it names
+    /// another one itself.
     pub fn with_imported(
         mut self,
-        of: &ImportedTables<'_>,
+        of: &Import<'_>,
         library: &Library,
     ) -> Result<Self, DocumentError> {
-        let Some(place) = self.place(&format!("{}.{}", of.table, of.key)) else {
+        let table = match of.table {
+            None => Some(&mut self.root),
+            Some(table) => self.root.entry_mut(table),
+        };
+        let Some(own) = table.and_then(Node::entries_mut) else {
             return Ok(self);
         };
-        let Some(own) = self.root.entry_mut(of.table).and_then(Node::entries_mut) else {
+        let Some(index) = own.iter().position(|entry| entry.key == of.key) else {
             return Ok(self);
         };
-        let named = own.iter().position(|entry| entry.key == of.key);
-        let named = named.map(|index| own.remove(index).node.value);
-        let Some(Value::Text(name)) = named else {
+        let Node { value, place } = own.remove(index).node;
+        let Value::Text(name) = value else {
             let message = format!("`{}` is no name of a file", of.key);
             let help = format!("write {} = \"NAME\"", of.key);
             return Err(Problem::at(&place, message, help).into());
         };
-        let other = find(&name, &place, library, self.folder.as_deref())?;
-        if let Value::Table(theirs) = &other.root.value {
-            let theirs = theirs.iter();
-            theirs
-                .filter(|entry| of.tables.contains(&entry.key.as_str()))
-                .for_each(|entry| add(own, entry));
+        let mut other = find(&name, &place, library, self.folder.as_deref())?;
+        if other.root.entry_mut(of.key).is_some() {
+            let message = format!("`{name}` has a `{}` itself", of.key);
+            return Err(Problem::at(&place, message, "name that, and its values here").into());
         }
-        let text = composed(self.text(), other.text(), of).map_err(|error| {
-            let help = "write its tables as [tables]";
-            Problem::at(&place, error.message().to_owned(), help)
-        })?;
+        let theirs = other.root.entries_mut().into_iter().flatten();
+        for entry in theirs.filter(|entry| of.has(&entry.key)) {
+            add(own, entry);
+        }
+        let text = composed(self.text(), other.text(), of);
+        let text = text.map_err(|error| Problem::at(&place, error.message().to_owned(), ""))?;
         self.source = Arc::new(Source::new(self.file(), text));
         self.fitted.extend(ranges(other.fitted, of));
         Ok(self)
@@ -105,45 +116,57 @@ fn add(own: &mut Vec<Entry>, entry: &Entry) {
     }
 }
 
-/// Returns the text of the document with the tables of the other one.
-fn composed(text: &str, other: &str, of: &ImportedTables<'_>) -> Result<String, TomlError> {
+/// Returns the text of the document with the entries of the other one.
+fn composed(text: &str, other: &str, of: &Import<'_>) -> Result<String, TomlError> {
     let (mut text, theirs): (DocumentMut, DocumentMut) = (text.parse()?, other.parse()?);
-    let Some(own) = text.get_mut(of.table).and_then(Item::as_table_like_mut) else {
-        return Ok(text.to_string());
+    let own = match of.table {
+        None => Some(text.as_table_mut() as &mut dyn TableLike),
+        Some(table) => text.get_mut(table).and_then(Item::as_table_like_mut),
     };
-    own.remove(of.key);
-    for key in of.tables {
-        let table = theirs.get(key).cloned().map(Item::into_table);
-        let Some(Ok(mut table)) = table else {
-            continue;
-        };
-        place_anew(&mut table);
-        match own.get(key).map(Item::as_table_like) {
-            // No table: its reader reports it.
-            Some(None) => continue,
-            Some(Some(values)) => {
-                // What has no place in the other table stays out; its reader reports it, too.
-                merge(&mut table, values).unwrap_or_default();
-            }
-            None => {}
+    if let Some(own) = own {
+        own.remove(of.key);
+        let theirs = theirs.iter();
+        for (key, item) in theirs.filter(|(key, _)| of.has(key)) {
+            place_below(own, key, item);
         }
-        own.insert(key, Item::Table(table));
     }
     Ok(text.to_string())
 }
 
-/// Takes the places of tables away, which are those of another text.
-fn place_anew(table: &mut Table) {
-    table.set_position(None);
-    let items = table.iter_mut().map(|(_, item)| item);
-    items.filter_map(Item::as_table_mut).for_each(place_anew);
+/// Puts an item of another text into a table, which keeps its values.
+fn place_below(own: &mut dyn TableLike, key: &str, item: &Item) {
+    let mut item = item.clone();
+    place_anew(&mut item);
+    let Some(there) = own.get(key) else {
+        own.insert(key, item);
+        return;
+    };
+    // A value in place of a table stays; its reader reports it.
+    if let (Some(values), Ok(mut table)) = (there.as_table_like(), item.into_table()) {
+        // What has no place in the other table stays out; its reader reports it, too.
+        merge(&mut table, values).unwrap_or_default();
+        own.insert(key, Item::Table(table));
+    }
 }
 
-/// Returns the ranges of the other document in the table.
-fn ranges(fitted: Vec<FittedRange>, of: &ImportedTables<'_>) -> impl Iterator<Item = FittedRange> {
+/// Takes the places of tables away, which are those of another text.
+fn place_anew(item: &mut Item) {
+    let of_table = |table: &mut Table| {
+        table.set_position(None);
+        table.iter_mut().for_each(|(_, item)| place_anew(item));
+    };
+    match item {
+        Item::Table(table) => of_table(table),
+        Item::ArrayOfTables(tables) => tables.iter_mut().for_each(of_table),
+        _ => {}
+    }
+}
+
+/// Returns the ranges of the other document as those of this one.
+fn ranges(fitted: Vec<FittedRange>, of: &Import<'_>) -> Vec<FittedRange> {
     let fitted = fitted.into_iter();
-    let imported = fitted.filter(|range| range.is_of(of.tables));
-    imported.map(|range| range.below(of.table))
+    let imported = fitted.filter(|range| range.table().is_some_and(|table| of.has(table)));
+    imported.map(|range| range.below(of.table)).collect()
 }
 
 #[cfg(test)]
@@ -160,10 +183,10 @@ mod tests {
              resistance = '4 ohm'  # L\nheat = { capacity = '1 J/K' }\n[gear]\nratio = 3\n",
         )],
     };
-    const OF: ImportedTables<'_> = ImportedTables {
-        table: "drive",
+    const OF: Import<'_> = Import {
+        table: Some("drive"),
         key: "part",
-        tables: &["supply", "motor", "gear", "absent"],
+        entries: Some(&["supply", "motor", "gear", "absent"]),
     };
 
     fn whole(text: &str) -> Result<Document, DocumentError> {
@@ -196,6 +219,48 @@ mod tests {
         assert_eq!(line("z.y"), ("r.toml".to_owned(), 8));
         let bench = "parts/motor-a.toml".to_owned();
         assert_eq!(line("drive.gear.ratio"), (bench, 9));
+    }
+
+    #[test]
+    fn whole_document_is_the_base_of_another() {
+        const BASE: Import<'_> = Import {
+            table: None,
+            key: "base",
+            entries: None,
+        };
+        const BASES: Library = Library {
+            folder: "parts",
+            embedded: &[
+                (
+                    "a",
+                    "name = 'A'\nsize = 1\n[leg.x]\nlength = 2\nmass = 3\n[[mount]]\nat = 1\n\
+                     [mount.end]\nz = 1\n[[mount]]\nat = 2\n[ground]\nfriction = 4\n",
+                ),
+                ("b", "base = 'a'\n"),
+            ],
+        };
+        let read = |text: &str| Document::parse("r.toml", text)?.with_imported(&BASE, &BASES);
+        let text = "name = 'B'\nbase = 'a'\n[leg.x]\nmass = 5\n[other]\nc = 6\n";
+        let whole = read(text).unwrap();
+        let alone = Document::parse("r.toml", whole.text()).unwrap();
+        for document in [&whole, &alone] {
+            let values = [
+                "name",
+                "size",
+                "leg.x.length",
+                "leg.x.mass",
+                "mount.0.at",
+                "mount.0.end.z",
+                "mount.1.at",
+                "ground.friction",
+                "other.c",
+            ];
+            let values = values.map(|key| document.place(key).unwrap().text().to_owned());
+            assert_eq!(values, ["'B'", "1", "2", "5", "1", "1", "2", "4", "6"]);
+            assert!(document.place("base").is_none());
+        }
+        let error = read("base = 'b'\n").unwrap_err().to_string();
+        assert!(error.contains("`b` has a `base` itself"), "{error}");
     }
 
     #[test]

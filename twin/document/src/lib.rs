@@ -73,7 +73,7 @@ pub use assumed::AssumedValue;
 pub use document::Document;
 pub use error::{DocumentError, Placed, Problem, Warning};
 pub use file::{STREAM_MOST, TEXT_MOST, read_file};
-pub use imported::ImportedTables;
+pub use imported::Import;
 pub use item::Item;
 pub use library::Library;
 pub use near::{nearest, suggestion};

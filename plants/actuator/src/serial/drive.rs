@@ -212,7 +212,7 @@ mod tests {
 
     #[test]
     fn motion_that_is_not_a_number_does_not_panic() {
-        let cub = RobotFile::find("cheetah-cub", "/".as_ref()).unwrap();
+        let cub = RobotFile::find("cheetah-cub-sts3215", "/".as_ref()).unwrap();
         let servo = cub.robot().unwrap().serial.unwrap();
         let mut drive = SerialDrive::new(&servo, 1e-3);
         drive.set_bridge(Bridge::Duty(0.5));
