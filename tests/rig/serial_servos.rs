@@ -16,11 +16,11 @@ fn cub() -> Robot {
     file.robot().unwrap()
 }
 
-/// One leg of a robot that hangs from its trunk, with this servo.
+/// Two legs of a robot that hangs from its trunk, with this servo.
 fn setup(servo: &SerialServo) -> Setup {
     Setup {
         base: Base::Fixed,
-        legs: vec!["LF".to_owned()],
+        legs: vec!["LF".to_owned(), "RH".to_owned()],
         ground: None,
         step: SimDuration::from_millis(1),
         drives: Drives::Serial(Box::new(*servo)),
@@ -67,13 +67,13 @@ fn plants(servo: &SerialServo) -> Vec<(&'static str, Box<dyn Plant>)> {
     ]
 }
 
-/// Angles of hip and knee.
+/// Angles of hip and knee of the second leg.
 fn angles(plant: &mut dyn Plant) -> [f64; 2] {
     let layout = Layout::of(&plant.ports(), Direction::Output);
     let mut outputs = vec![0.0; layout.len()];
     plant.observe(&mut outputs);
     ["hip", "knee"].map(|joint| {
-        let field = layout.find(&format!("leg/LF/{joint}/position")).unwrap();
+        let field = layout.find(&format!("leg/RH/{joint}/position")).unwrap();
         outputs[field.start]
     })
 }
@@ -82,15 +82,21 @@ fn instant(ms: f64) -> SimTime {
     SimTime::ZERO + SimDuration::try_from_secs_f64(1e-3 * ms).unwrap()
 }
 
-/// Advances by commands every 2 ms from `from` to `to` \[ms\]: the hip swings, the knee bends.
+/// Advances by commands every 2 ms from `from` to `to` \[ms\]: hips swing, knees bend, those of the
+/// first leg by half and the other way.
 fn swing(plant: &mut dyn Plant, [from, to]: [u32; 2], home: [f64; 2]) -> Vec<[f64; 2]> {
     let ticks = (from + 2..=to).step_by(2);
     ticks
         .map(|ms| {
             let phase = core::f64::consts::TAU * 1e-3 * f64::from(ms);
-            let hip = home[0] + 0.3 * libm::sin(phase);
-            let knee = home[1] + 0.15 * (1.0 - libm::cos(2.0 * phase));
-            plant.advance(instant(f64::from(ms)), &[hip, knee]).unwrap();
+            let (hip, knee) = (libm::sin(phase), 1.0 - libm::cos(2.0 * phase));
+            let commands = [
+                home[0] - 0.15 * hip,
+                home[1] + 0.07 * knee,
+                home[0] + 0.3 * hip,
+                home[1] + 0.15 * knee,
+            ];
+            plant.advance(instant(f64::from(ms)), &commands).unwrap();
             angles(plant)
         })
         .collect()
@@ -137,12 +143,35 @@ fn restored_servos_continue_bit_for_bit() {
     for ((name, mut plant), (_, mut other)) in plants(&servo).into_iter().zip(others) {
         let home = angles(&mut *plant);
         swing(&mut *plant, [0, 300], home);
-        plant.advance(instant(300.3), &[0.4, 0.1]).unwrap();
+        plant
+            .advance(instant(300.3), &[0.1, 0.2, 0.4, 0.1])
+            .unwrap();
         let saved = plant.save();
         let expected = swing(&mut *plant, [300, 600], home);
         swing(&mut *other, [0, 20], home);
         other.restore(&saved).unwrap();
         assert_eq!(swing(&mut *other, [300, 600], home), expected, "{name}");
+    }
+}
+
+/// Steps of 1 ms and a firmware of 1.5 ms: 1 ms, 1.5 ms, 2.5 ms, 3 ms. A run that observes all of
+/// them, and one that observes each other step of the firmware.
+#[test]
+fn steps_of_a_plant_end_with_those_of_the_firmware() {
+    let mut servo = cub().serial.unwrap();
+    servo.controller.period = 1.5e-3;
+    let others = plants(&servo).into_iter();
+    for ((name, mut plant), (_, mut other)) in plants(&servo).into_iter().zip(others) {
+        let home = angles(&mut *plant);
+        let commands = [home[0], home[1] + 0.1, home[0] + 0.3, home[1] + 0.2];
+        for period in 1..=50_u32 {
+            let end = 3.0 * f64::from(period);
+            for before in [2.0, 1.5, 0.5, 0.0] {
+                other.advance(instant(end - before), &commands).unwrap();
+            }
+            plant.advance(instant(end), &commands).unwrap();
+            assert_eq!(angles(&mut *plant), angles(&mut *other), "{name}: {end} ms");
+        }
     }
 }
 
@@ -161,7 +190,8 @@ fn friction_holds_a_leg() {
         for (name, mut plant) in plants.filter(|(name, _)| *name != "massless, rigid") {
             let home = angles(&mut *plant);
             let mut hip_at = |ms| {
-                plant.advance(instant(ms), &home).unwrap();
+                let held = [home[0], home[1], home[0], home[1]];
+                plant.advance(instant(ms), &held).unwrap();
                 angles(&mut *plant)[0]
             };
             let [settled, late] = [5000.0, 20_000.0].map(&mut hip_at);

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import twinrig
-from examples import LEGS, cart_rig
+from examples import LEGS, Spring, cart_rig
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -230,28 +230,25 @@ def test_forked_process_does_not_use_the_rig_of_its_parent() -> None:
 
 
 def test_rig_in_use_by_another_thread_refuses_the_call() -> None:
-    rig, refused = cart_rig(), []
-    stop = threading.Event()
+    in_step, refused = threading.Event(), threading.Event()
 
-    def other() -> None:
-        while not stop.is_set():
-            try:
-                rig.read("cart/position")
-            except RuntimeError as error:
-                refused.append(str(error))
+    class Waiting(Spring):
+        def step(self, elapsed: float, inputs: Any, outputs: Any) -> None:
+            in_step.set()
+            assert refused.wait(60.0)
+            super().step(elapsed, inputs, outputs)
 
-    thread = threading.Thread(target=other)
+    rig = cart_rig(controller=Waiting)
+    thread = threading.Thread(target=rig.step)
     thread.start()
     try:
-        while not refused and rig.now < 60.0:
-            try:
-                rig.step(until=rig.now + 0.5)
-            except RuntimeError:
-                continue
+        assert in_step.wait(60.0)
+        with pytest.raises(RuntimeError, match="the rig is in use"):
+            rig.read("cart/position")
     finally:
-        stop.set()
+        refused.set()
         thread.join()
-    assert refused[0].startswith("the rig is in use")
+    assert rig.read("cart/position") <= 1.0
 
 
 Anything = st.one_of(

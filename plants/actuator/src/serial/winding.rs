@@ -125,3 +125,36 @@ impl Winding {
         final_rise + (rise - final_rise) * exp(-seconds * self.cooling)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use twinrig_robot::RobotFile;
+
+    use super::*;
+
+    proptest! {
+        /// Of the torque, but where the current is at its limit within the difference.
+        #[test]
+        fn damping_is_minus_the_derivative_of_the_torque(
+            duty in -1.0..1.0_f64, rate in -6.0..6.0_f64, rise in 0.0..100.0_f64,
+            limit in 0.2..3.0_f64, resistance in 0.0..2.0_f64,
+        ) {
+            let cub = RobotFile::find("cheetah-cub-sts3215", "/".as_ref()).unwrap();
+            let mut servo = cub.robot().unwrap().serial.unwrap();
+            servo.motor.current_limit = Some(limit);
+            servo.motor.saturation_current = Some(2.0);
+            servo.supply.resistance = resistance;
+            let winding = Winding::new(&servo.motor, &servo.supply);
+            let at = |rate| winding.electric(Bridge::Duty(duty), rate, rise);
+            let step = 1e-4;
+            let [before, here, after] = [rate - step, rate, rate + step].map(at);
+            let is_at = |it: &Electric| it.current.abs() >= limit;
+            prop_assume!(is_at(&before) == is_at(&after));
+            prop_assume!(before.current * after.current > 0.0);
+            let difference = (before.torque - after.torque) / (2.0 * step);
+            let damping = winding.damping(duty, here.current, rise);
+            prop_assert!((damping - difference).abs() < 1e-6, "{damping} {difference}");
+        }
+    }
+}

@@ -1,8 +1,8 @@
 //! A run allocates no memory after its start.
 
-use twinrig_legged::{Base, Setup};
+use twinrig_legged::{Base, Constraints, Drives, Setup};
 use twinrig_massless::{Force, Massless, Method, Options};
-use twinrig_robot::Robot;
+use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot;
@@ -33,6 +33,35 @@ fn explicit_steps_allocate_nothing() {
         harness.trot(&robot, &setup, Trot::START, ms);
     }
     check(&robot, &setup, harness);
+}
+
+/// From the first command on, with several under way.
+#[test]
+fn serial_servos_allocate_nothing() {
+    let cub = RobotFile::find("cheetah-cub-sts3215", "/".as_ref()).unwrap();
+    let robot = cub.robot().unwrap();
+    let mut servo = robot.serial.unwrap();
+    servo.controller.command_delay = 5e-3;
+    let setup = Setup {
+        base: Base::Fixed,
+        ground: None,
+        drives: Drives::Serial(Box::new(servo)),
+        ..setup()
+    };
+    let options = Options {
+        constraints: Constraints::Compliant,
+        ..Options::new(setup, Force::Solve)
+    };
+    let mut plant = Massless::new(&robot, &options, &|_| true).unwrap();
+    let mut commands = [0.0; 8];
+    plant.initial_inputs(&mut commands);
+    let allocations = allocation_counter::measure(|| {
+        for ms in 1..300 {
+            commands[0] += 1e-3;
+            plant.advance(at_ms(ms), &commands).unwrap();
+        }
+    });
+    assert_eq!(allocations.count_total, 0);
 }
 
 fn check(robot: &Robot, setup: &Setup, mut harness: Harness) {

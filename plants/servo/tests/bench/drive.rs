@@ -149,7 +149,7 @@ fn each_part_of_the_drive_converges_to_that_of_its_bench() {
         ("load of the motor", |servo| servo.friction.motor_load = 0.3),
         ("square", |servo| servo.friction.motor_load_square = 0.5),
         ("driving and driven gear", |servo| {
-            (servo.gear.driving, servo.gear.driven) = (2.0, 0.5);
+            (servo.gear.driving, servo.gear.driven) = (5.0, 0.5);
         }),
     ];
     let mut plain = servo("xl330", 800.0);
