@@ -15,7 +15,7 @@ pub(crate) enum FlowError {
     #[error("the state is not a number")]
     NotFinite,
     #[error(
-        "the step of {seconds:e} s does not converge: the energy of its springs is off by {energy:e} J, its feet by {metres:e} m"
+        "the step of {seconds:e} s does not converge: the energy of its springs is off by {energy:e} J, its feet by {metres:e} m; take compliant constraints, or the plant lcp"
     )]
     NotConverged {
         seconds: f64,
