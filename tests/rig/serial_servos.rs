@@ -176,8 +176,8 @@ fn steps_of_a_plant_end_with_those_of_the_firmware() {
 }
 
 /// Without a gain the motor only brakes: the leg is held by friction beyond its weight, for ever,
-/// and sinks without. Rigid constraints of mass-less legs end there with a fault: their correction of
-/// the energy needs a motion.
+/// and sinks without. Rigid constraints of mass-less legs end there with a fault: their correction
+/// of the energy needs a motion.
 #[test]
 fn friction_holds_a_leg() {
     let mut servo = cub().serial.unwrap();
@@ -191,7 +191,7 @@ fn friction_holds_a_leg() {
             let held = [home[0], home[1], home[0], home[1]];
             if is_held && name == "massless, rigid" {
                 let fault = plant.advance(instant(20_000.0), &held).unwrap_err();
-                assert!(fault.why.to_string().contains("take compliant constraints"));
+                assert!(fault.why.contains("take compliant constraints"));
                 continue;
             }
             let mut hip_at = |ms| {

@@ -60,6 +60,7 @@ impl Winding {
 
     /// Returns voltage, current and torque at a rate \[rad/s\], with a rise of the temperature
     /// \[K\].
+    #[inline]
     pub fn electric(&self, bridge: Bridge, rate: f64, rise: f64) -> Electric {
         let winding = self.resistance * (1.0 + COPPER * rise);
         let Bridge::Duty(duty) = bridge else {
@@ -112,6 +113,7 @@ impl Winding {
 
     /// Returns the rise of the temperature of the winding \[K\] after some seconds of a constant
     /// current, from the rise before, exactly.
+    #[inline]
     pub fn warmed(&self, rise: f64, current: f64, seconds: f64) -> f64 {
         if self.heat_per_joule == 0.0 {
             return rise;

@@ -84,6 +84,7 @@ const DRIVEN_SHARE_MAX: f64 = 0.95;
 impl Friction {
     /// Returns the friction `τ_f` ≥ 0 \[N·m\] at a rate \[rad/s\] under the torques of motor and
     /// load \[N·m\].
+    #[inline]
     pub fn torque(&self, rate: f64, motor: f64, external: f64) -> f64 {
         let speed = rate.abs();
         let mut torque = self.coulomb + self.viscous * speed;
@@ -138,11 +139,13 @@ impl Gear {
     }
 
     /// Returns the share μ that is lost at a rate \[rad/s\] while the motor drives the load \[1\].
+    #[inline]
     pub fn driving_share(&self, rate: f64) -> f64 {
         self.driving + further(self.static_driving, rate, self.driving_rate)
     }
 
     /// Returns the share μ that is lost at a rate \[rad/s\] while the load drives the motor \[1\].
+    #[inline]
     pub fn driven_share(&self, rate: f64) -> f64 {
         let share = self.driven + further(self.static_driven, rate, self.driven_rate);
         share.min(DRIVEN_SHARE_MAX)
@@ -150,6 +153,7 @@ impl Gear {
 }
 
 /// Returns what is left at a rate of a share at rest.
+#[inline]
 fn further(share: f64, rate: f64, over: f64) -> f64 {
     if share == 0.0 {
         0.0
