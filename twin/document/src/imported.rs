@@ -141,8 +141,9 @@ fn place_below(own: &mut dyn TableLike, key: &str, item: &Item) {
         own.insert(key, item);
         return;
     };
-    // A value in place of a table stays; its reader reports it.
-    if let (Some(values), Ok(mut table)) = (there.as_table_like(), item.into_table()) {
+    // A value in place of a table stays; its reader reports it. One with its interval is a value.
+    let values = there.as_table_like().filter(|it| !it.contains_key("value"));
+    if let (Some(values), Ok(mut table)) = (values, item.into_table()) {
         // What has no place in the other table stays out; its reader reports it, too.
         merge(&mut table, values).unwrap_or_default();
         own.insert(key, Item::Table(table));
@@ -221,26 +222,31 @@ mod tests {
         assert_eq!(line("drive.gear.ratio"), (bench, 9));
     }
 
+    /// A document for the whole of another.
+    const BASE: Import<'_> = Import {
+        table: None,
+        key: "base",
+        entries: None,
+    };
+
     #[test]
     fn whole_document_is_the_base_of_another() {
-        const BASE: Import<'_> = Import {
-            table: None,
-            key: "base",
-            entries: None,
-        };
         const BASES: Library = Library {
             folder: "parts",
             embedded: &[
                 (
                     "a",
-                    "name = 'A'\nsize = 1\n[leg.x]\nlength = 2\nmass = 3\n[[mount]]\nat = 1\n\
-                     [mount.end]\nz = 1\n[[mount]]\nat = 2\n[ground]\nfriction = 4\n",
+                    "name = 'A'\nsize = 1\nwidth = { value = 1, from = 0, to = 2 }\n\
+                     [leg.x]\nlength = 2\nmass = { value = 3, from = 1, to = 4 }\n\
+                     [[mount]]\nat = 1\n[mount.end]\nz = 1\n[[mount]]\nat = 2\n\
+                     [ground]\nfriction = 4\n",
                 ),
                 ("b", "base = 'a'\n"),
             ],
         };
         let read = |text: &str| Document::parse("r.toml", text)?.with_imported(&BASE, &BASES);
-        let text = "name = 'B'\nbase = 'a'\n[leg.x]\nmass = 5\n[other]\nc = 6\n";
+        let text = "name = 'B'\nbase = 'a'\nwidth = { value = 7 }\n\
+                    [leg.x]\nmass = { value = 5 }\n[other]\nc = 6\n[last]\nd = 8\n";
         let whole = read(text).unwrap();
         let alone = Document::parse("r.toml", whole.text()).unwrap();
         for document in [&whole, &alone] {
@@ -248,7 +254,8 @@ mod tests {
                 "name",
                 "size",
                 "leg.x.length",
-                "leg.x.mass",
+                "leg.x.mass.value",
+                "width.value",
                 "mount.0.at",
                 "mount.0.end.z",
                 "mount.1.at",
@@ -256,9 +263,27 @@ mod tests {
                 "other.c",
             ];
             let values = values.map(|key| document.place(key).unwrap().text().to_owned());
-            assert_eq!(values, ["'B'", "1", "2", "5", "1", "1", "2", "4", "6"]);
-            assert!(document.place("base").is_none());
+            assert_eq!(values, ["'B'", "1", "2", "5", "7", "1", "1", "2", "4", "6"]);
+            // An interval goes with its value.
+            for key in ["base", "width.from", "leg.x.mass.from"] {
+                assert!(document.place(key).is_none(), "{key}");
+            }
         }
+        // Its own tables, then those of the other.
+        let headers = whole.text().lines().filter(|line| line.starts_with('['));
+        let headers: Vec<&str> = headers.collect();
+        assert_eq!(
+            headers,
+            [
+                "[leg.x]",
+                "[other]",
+                "[last]",
+                "[[mount]]",
+                "[mount.end]",
+                "[[mount]]",
+                "[ground]"
+            ]
+        );
         let error = read("base = 'b'\n").unwrap_err().to_string();
         assert!(error.contains("`b` has a `base` itself"), "{error}");
     }
@@ -297,6 +322,7 @@ mod tests {
             ("wholes/a.toml", "[drive]\npart = '../own.toml'\n"),
             ("wholes/b.toml", "[drive]\npart = 'own'\n"),
             ("wholes/c.toml", "[drive]\npart = 'absent.toml'\n"),
+            ("wholes/d.toml", "base = '../own.toml'\n"),
             ("own.toml", "include = 'x.fit.toml'\n[gear]\nratio = 1\n"),
             ("parts/own.toml", "[gear]\nratio = 4\n"),
             (
@@ -324,6 +350,9 @@ mod tests {
         assert_eq!(ratio(&by_path), "5");
         // Beyond the data of the overlay that the other file includes.
         assert_eq!(by_path.beyond_fits().len(), 1);
+        let derived = wholes.find("d", &folder).unwrap().unwrap();
+        let derived = derived.with_imported(&BASE, &LIBRARY).unwrap();
+        assert_eq!(derived.beyond_fits().len(), 1);
         assert_eq!(ratio(&read("b").unwrap()), "4");
         let error = read("c").unwrap_err().to_string();
         assert!(error.contains("there is no `absent.toml`"), "{error}");
