@@ -273,7 +273,7 @@ impl StepControl {
             self.work.evaluations += 1;
             system.slope(0.0, state)
         };
-        let mut mode = system.mode(state, &k1);
+        let mut mode = mode_of(system, state, &k1);
         while time < seconds {
             let rest = seconds - time;
             let count = self.substeps(rest);
@@ -340,7 +340,7 @@ impl StepControl {
                     unseen,
                 });
                 (*state, k1) = (next, k5);
-                mode = system.mode(state, &k1);
+                mode = mode_of(system, state, &k1);
                 time = end;
             } else {
                 self.work.rejected += 1;
@@ -399,6 +399,16 @@ impl StepControl {
             return RATIO_MIN;
         }
         (SAFETY / libm::sqrt(libm::sqrt(ratio))).clamp(RATIO_MIN, RATIO_MAX)
+    }
+}
+
+/// Returns the stiff mode; the exponential weights are those of the own method alone.
+#[inline(always)]
+fn mode_of<F: System>(system: &F, state: &F::State, slope: &F::Slope) -> Option<F::Mode> {
+    if cfg!(feature = "three-eighths") {
+        None
+    } else {
+        system.mode(state, slope)
     }
 }
 

@@ -13,4 +13,12 @@ pub enum ServoBenchError {
         /// Period of the controller \[s\].
         period_s: f64,
     },
+    /// A step is shorter than is reasonable.
+    #[error("a step of {longest_s:.1e} s is too short: choose one of {least_s:.1e} s or longer")]
+    Fine {
+        /// Greatest length of a substep \[s\].
+        longest_s: f64,
+        /// Least one that is possible \[s\].
+        least_s: f64,
+    },
 }

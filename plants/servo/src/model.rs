@@ -3,6 +3,7 @@
 use libm::sin;
 use serde::{Deserialize, Serialize};
 use twinrig_actuator::serial::Winding;
+use twinrig_kernel::SimDuration;
 use twinrig_robot::serial::{Friction, Gear};
 
 use crate::error::ServoBenchError;
@@ -94,6 +95,25 @@ impl Model {
             is_lossy: parameters.gear.is_lossy(),
             substeps,
         })
+    }
+
+    /// Divides a period of the controller into substeps of at most `longest`; they get no longer.
+    pub(crate) fn divide(
+        &mut self,
+        period: SimDuration,
+        longest: SimDuration,
+    ) -> Result<(), ServoBenchError> {
+        let substeps = period.as_nanos().div_ceil(longest.as_nanos().max(1));
+        match u32::try_from(substeps) {
+            Ok(substeps) if f64::from(substeps) <= SUBSTEPS_MAX => {
+                self.substeps = self.substeps.max(substeps);
+                Ok(())
+            }
+            _ => Err(ServoBenchError::Fine {
+                longest_s: longest.as_secs_f64(),
+                least_s: period.as_secs_f64() / SUBSTEPS_MAX,
+            }),
+        }
     }
 
     /// Returns kinetic and potential energy; the latter is zero where the arm hangs down \[J\].

@@ -144,6 +144,21 @@ impl ServoBench {
         Ok(bench)
     }
 
+    /// Returns the same bench with substeps of at most `longest`.
+    ///
+    /// # Errors
+    /// Too many substeps.
+    pub fn with_substep(mut self, longest: SimDuration) -> Result<Self, ServoBenchError> {
+        let period = self.firmware.period();
+        self.model.divide(period, longest)?;
+        Ok(self)
+    }
+
+    /// Returns the length of a substep.
+    pub fn substep(&self) -> SimDuration {
+        self.firmware.period() / u64::from(self.model.substeps)
+    }
+
     /// Begins at the present state.
     fn restart(&mut self) {
         self.past.clear();

@@ -258,6 +258,10 @@ pub struct RunArgs {
     /// to FILE; short for --set 'ensemble={runs=200,fit="FILE"}'
     #[arg(long, value_name = "FILE", conflicts_with_all = ["seeds", "port"])]
     pub uncertain: Option<PathBuf>,
+    /// Add the numerical error of each measured value, by runs at finer tolerances and steps. A
+    /// verdict whose margin is less than three errors is undecided: exit code 1
+    #[arg(long, conflicts_with_all = ["port", "from"])]
+    pub error_bars: bool,
     /// Duration of the run; short for --set duration=DURATION
     #[arg(long, value_name = "DURATION")]
     pub duration: Option<String>,

@@ -56,6 +56,11 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
         Ok(ensemble)
     }
 
+    /// Perturbs all starts by the same magnitude.
+    pub(crate) fn perturb_by(&mut self, magnitude: Magnitude) {
+        self.magnitudes.fill(magnitude);
+    }
+
     /// Returns the assembly of the unperturbed run.
     pub(crate) fn assembly(&self) -> &Assembly<'r> {
         self.assembly.borrow()
@@ -108,13 +113,19 @@ impl<'r, A: Borrow<Assembly<'r>>> Ensemble<A> {
         observer: Option<&mut dyn RunObserver>,
     ) -> Result<SweepRow, Error> {
         guarded(&self.assembly().scenario().file, || {
-            let assembly = self.member(member)?;
-            let end = assembly.end();
-            let execution = Execution::default();
-            let (report, _) = execute_saving(&assembly, &execution, end, None, observer)?;
-            Ok(row::of_report(report))
+            row_of(&self.member(member)?, observer)
         })
     }
+}
+
+/// Runs a scene and returns its row.
+pub(crate) fn row_of(
+    assembly: &Assembly<'_>,
+    observer: Option<&mut dyn RunObserver>,
+) -> Result<SweepRow, Error> {
+    let execution = Execution::default();
+    let (report, _) = execute_saving(assembly, &execution, assembly.end(), None, observer)?;
+    Ok(row::of_report(report))
 }
 
 /// Runs `assembly`, the reference run if an expectation requires one, and the ensemble if the

@@ -38,6 +38,7 @@ mod csv;
 mod differing;
 pub mod ensemble;
 pub mod error;
+mod error_bars;
 mod estimate;
 mod feedback;
 mod figure;
@@ -75,6 +76,7 @@ pub use coupling::{
 };
 pub use ensemble::{check_ensemble, execute, with_ensemble};
 pub use error::{Error, FitError, StudyError};
+pub use error_bars::with_error_bars;
 pub use estimate::recorder::{BenchRecorder, BenchRun};
 pub use estimate::{
     CalibrationRun, EstimateCurve, EstimateInput, EstimatePlan, EstimatePoint, EstimateStudy,

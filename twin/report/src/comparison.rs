@@ -100,6 +100,21 @@ impl<'u> Shown<'u> {
     }
 }
 
+impl Shown<'_> {
+    /// Returns an error of a number of the comparison, without the unit: `± 2e-5`.
+    pub fn error(&self, error: f64) -> String {
+        let error = error.abs() * self.factor;
+        if error == 0.0 {
+            "± 0".to_owned()
+        } else if (0.01..100.0).contains(&error) {
+            let decimals = usize::try_from(1 - exponent(error)).unwrap_or(0);
+            format!("± {error:.decimals$}")
+        } else {
+            format!("± {error:.0e}")
+        }
+    }
+}
+
 /// Returns whether rounding to `decimals` exceeds [`ROUNDING_MAX`].
 fn is_lost(value: f64, decimals: usize) -> bool {
     if !value.is_finite() {

@@ -55,6 +55,16 @@ pub enum Error {
         /// Reason.
         why: String,
     },
+    /// Plant whose numerical error cannot be found by refinement.
+    #[error(
+        "error: the plant `{plant}` declares neither a step nor a tolerance: its numerical error is unknown\n --> {file}\n  = help: leave out `--error-bars`, or take another plant"
+    )]
+    Accuracy {
+        /// Scenario file.
+        file: String,
+        /// Kind of the plant.
+        plant: String,
+    },
     /// Panic of a part or of this program.
     #[error(
         "error: {source}{}\n  = help: this is a bug in the named part; set RUST_BACKTRACE=1 to print a backtrace",

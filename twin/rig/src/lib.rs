@@ -52,6 +52,7 @@ pub use assembly::{Assembly, AssemblyBuilder};
 pub use build_key::BuildKey;
 pub use error::{BuildError, Error};
 pub use offer::{MethodOffer, MethodSetting, PlantOffer, Scales, SettingKind, Variant};
+pub use parts::accuracy::Accuracy;
 pub use parts::bus_kind::{BusContext, BusKind};
 pub use parts::context::{ModelContext, PlantContext, StandaloneModel};
 pub use parts::controller_kind::{ControllerContext, ControllerKind, LegContext};

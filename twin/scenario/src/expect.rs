@@ -322,6 +322,30 @@ impl Expectation {
         }
     }
 
+    /// Returns whether the measured value may have a numerical error: a count has none, nor have
+    /// work and residual of the energy, which are those of this very run.
+    pub fn has_numerical_error(&self) -> bool {
+        match &self.claim {
+            Claim::EnergyResidual(_) | Claim::Cost(..) => false,
+            Claim::Timing(claim) => claim.measure != TimingMeasure::DeadlineMisses,
+            Claim::Footstep(claim) => !matches!(
+                claim.measure,
+                FootstepMeasure::Count(_) | FootstepMeasure::Order(_)
+            ),
+            Claim::Gait(_)
+            | Claim::Body(_)
+            | Claim::Signal(_)
+            | Claim::Compare(_)
+            | Claim::Sequence(_) => true,
+        }
+    }
+
+    /// Returns whether it is about the numerical method and the work of a run, so that it may have
+    /// another verdict with another step.
+    pub fn is_of_method(&self) -> bool {
+        matches!(self.claim, Claim::EnergyResidual(_) | Claim::Cost(..))
+    }
+
     /// Returns whether it compares with the run without changes.
     pub fn needs_reference(&self) -> bool {
         matches!(

@@ -318,5 +318,6 @@ impl<M: Mode> Along<M> {
     }
 }
 
-#[cfg(test)]
+// Of the own method.
+#[cfg(all(test, not(feature = "three-eighths")))]
 mod tests;

@@ -34,24 +34,15 @@
 //! What costs is the motion after a touch-down, with its kinks where the damper and the bristle
 //! engage: it has a quarter of the time and half of the evaluations, whatever the order.
 
-/// Instants of the second and the third stage as shares of a substep, and the weights of the slopes
-/// in the states of the stages.
-pub(super) const NODES: [f64; 2] = [0.25, 0.6];
-pub(super) const SECOND: [f64; 1] = [0.25];
-pub(super) const THIRD: [f64; 2] = [-0.24, 0.84];
-pub(super) const FOURTH: [f64; 3] = [6.0 / 5.0, -57.0 / 35.0, 10.0 / 7.0];
+#[cfg(not(feature = "three-eighths"))]
+mod own;
+#[cfg(feature = "three-eighths")]
+mod three_eighths;
 
-/// Weights bⱼ of the slopes.
-pub(super) const MEAN: [f64; 4] = [1.0 / 9.0, 16.0 / 63.0, 125.0 / 252.0, 5.0 / 36.0];
-
-/// Weights eⱼ of the slopes in the error.
-pub(super) const ERROR: [f64; 5] = [
-    -1.0 / 18.0,
-    8.0 / 63.0,
-    -25.0 / 252.0,
-    -5.0 / 36.0,
-    1.0 / 6.0,
-];
+#[cfg(not(feature = "three-eighths"))]
+pub(super) use own::{ERROR, FOURTH, MEAN, NODES, SECOND, THIRD};
+#[cfg(feature = "three-eighths")]
+pub(super) use three_eighths::{ERROR, FOURTH, MEAN, NODES, SECOND, THIRD};
 
 /// Returns weights times a length of time.
 #[inline(always)]
@@ -63,5 +54,6 @@ pub(super) fn times<const M: usize>(weights: [f64; M], seconds: f64) -> [f64; M]
     all
 }
 
-#[cfg(test)]
+// Of the own method.
+#[cfg(all(test, not(feature = "three-eighths")))]
 mod tests;

@@ -92,6 +92,12 @@ pub(super) fn check(args: &RunArgs) -> Result<(), TwinError> {
             "remove --no-record, or name one plant",
         );
     }
+    if args.error_bars {
+        return incompatible(
+            "error bars are those of one plant",
+            "name one --plant, or leave out --error-bars",
+        );
+    }
     if !args.port.is_empty() {
         return incompatible(
             "on hardware there is no plant to choose",

@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use twinrig_document::quoted;
 use twinrig_experiment::shell::quoted as shell;
-use twinrig_experiment::{check_ensemble, with_ensemble};
+use twinrig_experiment::{check_ensemble, with_ensemble, with_error_bars};
 use twinrig_record::Fingerprint;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::recording_size::LARGE_RECORDING;
@@ -70,7 +70,7 @@ pub(super) fn run(registry: &Registry, args: &RunArgs, terminal: &mut Terminal<'
         let text = table::summary(reports);
         terminal.print(&text);
     }
-    let codes = reports.iter().map(|report| report.verdict.exit_code());
+    let codes = reports.iter().map(Report::exit_code);
     let mut status = codes
         .max()
         .map(|code| code.max(worst).max(session.page_code));
@@ -124,7 +124,8 @@ fn options(args: &RunArgs) -> Vec<String> {
         let value = value.as_ref()?;
         Some(format!("--{name} {}", shell(value)))
     });
-    set.chain(others).collect()
+    let error_bars = args.error_bars.then(|| "--error-bars".to_owned());
+    set.chain(others).chain(error_bars).collect()
 }
 
 /// Checks before the runs that all outputs can be written.
@@ -181,8 +182,17 @@ impl<'a> Session<'a> {
             check_ensemble(&assembly)?;
             let report = execute_observed(&assembly, &execution, &mut line)?;
             drop(line);
-            let mut line = Progress::new(&format!("{}, ensemble", report.scenario), shown);
+            let named = |runs: &str| format!("{}, {runs}", report.scenario);
+            let [ensemble, error_bars] = ["ensemble", "error bars"].map(named);
+            let mut line = Progress::new(&ensemble, shown);
             let report = with_ensemble(&assembly, report, &mut |done, of| line.part(done, of, ""))?;
+            drop(line);
+            if !self.args.error_bars {
+                return Ok(report);
+            }
+            let mut line = Progress::new(&error_bars, shown);
+            let progress = &mut |done, of| line.part(done, of, "");
+            let report = with_error_bars(&assembly, report, progress)?;
             Ok::<_, TwinError>(report)
         });
         report.unwrap_or_else(|error| {

@@ -191,6 +191,7 @@ fn case(line: &Line, recorded: bool) -> Case {
     let outcome = &line.outcome;
     let name = outcome.name.as_str();
     let kind = match (outcome.verdict, line.holds()) {
+        _ if line.is_undecided() => ProblemKind::Failure,
         (Verdict::Pass, true) => return Case::passed(name),
         // Of a run that an error ended, the error is the failure.
         (_, holds) if holds || line.cut_short => ProblemKind::Skipped,
@@ -200,6 +201,7 @@ fn case(line: &Line, recorded: bool) -> Case {
     let (file, at) = (&outcome.place.source().name, outcome.place.line());
     let text = format!("{file}:{at}: {name}: {message}");
     let of_type = match outcome.verdict {
+        _ if line.is_undecided() => "undecided",
         Verdict::Unobserved => "unobserved",
         Verdict::Pass | Verdict::Fail => outcome.subject,
     };

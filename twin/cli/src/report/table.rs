@@ -14,7 +14,7 @@ use twinrig_report::number::percent;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use twinrig_rig::report::bound::sign;
-use twinrig_rig::report::{Line, LineEnsemble, Report, Status, recording_s};
+use twinrig_rig::report::{ErrorSource, Line, LineEnsemble, Report, Status, recording_s};
 
 use super::{against, tracking};
 
@@ -106,14 +106,19 @@ pub fn summary(reports: &[Report]) -> String {
     out
 }
 
-/// Returns the error, or else the name of the first expectation that fails.
+/// Returns the error, or else the name of the first expectation that fails or is undecided.
 fn first_failure(report: &Report) -> Option<String> {
     if let Some(error) = &report.error {
         return error.lines().next().map(str::to_owned);
     }
-    let failed = report.expectations.iter().find(|line| !line.holds());
+    let mut lines = report.expectations.iter();
+    let failed = lines.clone().find(|line| !line.holds());
     let failed = failed.map(|line| line.outcome.name.clone());
-    failed.or_else(|| report.strict.as_ref()?.first().cloned())
+    let open = lines.find(|line| line.is_undecided());
+    let open = || Some(format!("{}: undecided", open?.outcome.name));
+    failed
+        .or_else(open)
+        .or_else(|| report.strict.as_ref()?.first().cloned())
 }
 
 fn status_style(status: Status) -> Style {
@@ -155,6 +160,10 @@ fn verdict(report: &Report) -> String {
         Some(against) if !against.same => format!("{text}; the run differs from its baseline"),
         _ => text,
     };
+    let text = match report.undecided() {
+        0 => text,
+        undecided => format!("{text}; {undecided} undecided within their numerical error"),
+    };
     let text = match &report.strict {
         Some(reasons) if !reasons.is_empty() => {
             let (count, plural) = (reasons.len(), if reasons.len() == 1 { "" } else { "s" });
@@ -167,14 +176,14 @@ fn verdict(report: &Report) -> String {
 }
 
 fn expectations(report: &Report) -> Grid {
-    let sides = [Left, Left, Right, Left, Right, Left, Right, Left];
+    let sides = [Left, Left, Right, Left, Left, Right, Left, Right, Left];
     let mut grid = Grid::new(&sides);
     let lines = report.expectations.iter().enumerate();
     let mut lines = lines.filter(|(_, line)| !line.cut_short);
     let Some(first) = lines.next() else {
         return grid;
     };
-    grid.header("| expectation | measured | | bound | | margin |");
+    grid.header("| expectation | measured | | | bound | | margin |");
     for (index, line) in std::iter::once(first).chain(lines) {
         let outcome = &line.outcome;
         let before = against::before(report, index).map(|value| shown(outcome).with_unit(value));
@@ -192,6 +201,7 @@ fn expectations(report: &Report) -> Grid {
             Cell::new(mark, style),
             outcome.name.as_str().into(),
             Cell::new(number(outcome.measured), bad),
+            error(line, &shown).into(),
             Cell::new(sign(outcome), DIM),
             number(outcome.bound).into(),
             shown.symbol.into(),
@@ -214,8 +224,15 @@ fn cut_short(report: &Report) -> Grid {
     grid
 }
 
+/// Returns the numerical error of a measured value, `± 2e-5`; empty without one.
+fn error(line: &Line, shown: &Shown<'_>) -> String {
+    let error = line.error_bar.and_then(|bar| bar.error);
+    error.map_or_else(String::new, |error| shown.error(error))
+}
+
 fn mark(line: &Line) -> (&'static str, Style) {
     match (line.outcome.verdict, line.holds()) {
+        _ if line.is_undecided() => ("~", YELLOW),
         (Verdict::Pass, true) => ("✓", GREEN),
         (Verdict::Pass, false) | (Verdict::Fail, _) => ("✗", RED),
         (Verdict::Unobserved, true) => ("–", YELLOW),
@@ -281,15 +298,27 @@ fn shown(outcome: &Outcome) -> Shown<'static> {
 
 /// Returns the remark on an outcome, after that on the ensemble.
 fn line_remark(line: &Line, recorded: bool) -> String {
-    let remark = remark(&line.outcome, recorded);
-    let Some(ensemble) = &line.ensemble else {
-        return remark;
-    };
-    let text = ensemble_remark(&line.outcome, ensemble);
-    match &*remark {
-        "" => text,
-        remark => format!("{text}; {remark}"),
-    }
+    let ensemble = line.ensemble.as_ref();
+    let remarks = [
+        error_remark(line),
+        ensemble.map(|ensemble| ensemble_remark(&line.outcome, ensemble)),
+        Some(remark(&line.outcome, recorded)).filter(|it| !it.is_empty()),
+    ];
+    let remarks: Vec<String> = remarks.into_iter().flatten().collect();
+    remarks.join("; ")
+}
+
+/// Returns the remark on a numerical error: whether it leaves the verdict open, and where it is not
+/// that of the method alone.
+fn error_remark(line: &Line) -> Option<String> {
+    let bar = line.error_bar?;
+    let parts = [
+        (!bar.decided).then_some("undecided"),
+        (bar.error_by == Some(ErrorSource::Ensemble))
+            .then_some("not predictable: error of an ensemble"),
+    ];
+    let parts: Vec<&str> = parts.into_iter().flatten().collect();
+    (!parts.is_empty()).then(|| parts.join(", "))
 }
 
 /// Returns the share of the runs of an ensemble, and their least margin.
@@ -315,14 +344,30 @@ fn ensemble_remark(outcome: &Outcome, ensemble: &LineEnsemble) -> String {
 pub fn line_sentence(line: &Line, recorded: bool) -> String {
     let ensemble = line.ensemble.as_ref();
     let failed = ensemble.filter(|ensemble| !ensemble.holds());
-    let Some(ensemble) = failed else {
-        return sentence(&line.outcome, recorded);
-    };
-    let text = ensemble_remark(&line.outcome, ensemble);
-    if line.outcome.holds() {
-        text
-    } else {
-        format!("{text}; {}", sentence(&line.outcome, recorded))
+    let parts = [
+        line.is_undecided().then(|| undecided_sentence(line)),
+        failed.map(|ensemble| ensemble_remark(&line.outcome, ensemble)),
+        (!line.outcome.holds() || failed.is_none() && !line.is_undecided())
+            .then(|| sentence(&line.outcome, recorded)),
+    ];
+    let parts: Vec<String> = parts.into_iter().flatten().collect();
+    parts.join("; ")
+}
+
+/// Returns measured value, error and bound of an undecided verdict.
+fn undecided_sentence(line: &Line) -> String {
+    let (outcome, shown) = (&line.outcome, shown(&line.outcome));
+    let error = error(line, &shown);
+    match (outcome.measured, outcome.bound) {
+        (Some(measured), Some(bound)) => {
+            let measured = shown.number(measured);
+            let text = format!(
+                "undecided: {measured} {error} beside {}",
+                shown.with_unit(bound)
+            );
+            text.replace("  ", " ")
+        }
+        _ => "undecided: finer runs have another verdict".to_owned(),
     }
 }
 

@@ -8,6 +8,7 @@ mod cell;
 mod commands;
 mod common;
 mod constraints;
+mod error_bars;
 mod estimate_study;
 mod examples;
 mod falls;

@@ -4,6 +4,7 @@ mod coupling;
 mod differences;
 mod engines;
 mod ensembles;
+mod error_bars;
 mod estimate;
 mod identification;
 mod kept;

@@ -199,6 +199,11 @@ impl StandaloneModel for FmuModel {
             .flatten()
     }
 
+    /// Its solver is unknown, and only some FMUs read a tolerance.
+    fn accuracy(&self, _: &PlantSpec) -> Accuracy {
+        Accuracy::Unknown
+    }
+
     fn files(&self) -> Vec<(String, Vec<u8>)> {
         vec![(KEPT.to_owned(), self.archive.to_vec())]
     }

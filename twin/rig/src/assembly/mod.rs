@@ -22,6 +22,7 @@ mod failure;
 mod instrumented;
 mod plausibility;
 pub mod recording_size;
+pub mod refinement;
 mod sensed;
 pub(crate) mod sensors;
 pub mod sources;

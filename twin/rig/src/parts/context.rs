@@ -9,6 +9,7 @@ use twinrig_runtime::Plant;
 use twinrig_scenario::{ActuatorSpec, LegFact, PlantSpec, PushSpec};
 
 use crate::error::BuildError;
+use crate::parts::accuracy::Accuracy;
 
 /// Context for building a plant.
 #[derive(Clone, Copy)]
@@ -74,6 +75,15 @@ pub trait StandaloneModel: Send + Sync {
 
     /// Returns the default step, if the model defines one.
     fn step(&self) -> Option<SimDuration>;
+
+    /// Returns the settings of its numerical error: by default a step, if there is one.
+    fn accuracy(&self, plant: &PlantSpec) -> Accuracy {
+        let step = plant.step.or_else(|| self.step());
+        step.map_or(Accuracy::Unknown, |step| Accuracy::Set {
+            step,
+            tolerance: None,
+        })
+    }
 
     /// Returns warnings about its values.
     fn warnings(&self) -> Vec<Warning> {

@@ -18,6 +18,7 @@ pub(crate) fn kind() -> PlantKind {
     let about =
         "motors of the robot on a test bench, without legs; for [actuator] kind = \"motor\"";
     PlantKind::new("drives", about, drives)
+        .exact()
         .with_ports(|context| Ok(MotorBench::ports_of(&legs(context))))
         .with_option(at_shaft(
             INERTIA,

@@ -3,11 +3,12 @@
 use twinrig_document::Range;
 use twinrig_kernel::{SimDuration, Unit};
 use twinrig_lcp::{Constraints, Features, Lcp, Method, Options};
-use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
+use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as SceneOptions};
 
 use crate::error::BuildError;
 use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
 use crate::parts::context::PlantContext;
+use crate::parts::method::TOLERANCE;
 use crate::parts::option::choice;
 use crate::parts::plant_kind::PlantKind;
 use crate::parts::setup::{pushes, setup};
@@ -25,7 +26,7 @@ pub(crate) fn kind() -> PlantKind {
     .with_option(constraints_choice())
     .with_option(choice("integrator", "time integration method", &methods))
     .with_option(OptionSpec {
-        name: "tolerance".to_owned(),
+        name: TOLERANCE.to_owned(),
         about: format!(
             "error tolerance of foot positions: per step of rk4 and rodas4 with rigid constraints \
              ({:e} m), per millisecond with compliant ones ({:e} m)",
@@ -46,6 +47,7 @@ pub(crate) fn kind() -> PlantKind {
         default: Some(OptionValue::Boolean(false)),
     })
     .with_step(STEP)
+    .with_tolerance(|values| Some(tolerance(values)))
     .with_pushes()
 }
 
@@ -59,20 +61,25 @@ pub fn lcp(context: &PlantContext<'_>) -> Result<Lcp, BuildError> {
     let mut methods = Method::ALL.into_iter();
     let constraints = named_constraints(values).unwrap_or_default();
     check_bar(context, constraints)?;
-    let tolerance = match constraints {
-        Constraints::Rigid => Options::TOLERANCE,
-        Constraints::Compliant => Options::COMPLIANT_TOLERANCE,
-    };
     let options = Options {
         constraints,
         setup: setup(context, STEP)?,
         method: methods
             .find(|method| method.name() == name)
             .unwrap_or(Method::Rk4),
-        tolerance: values.number("tolerance").unwrap_or(tolerance),
+        tolerance: tolerance(values),
         toe: values.boolean("toe").unwrap_or(false),
         features: Features::Detected,
     };
     let plant = Lcp::new(context.robot, &options, context.wanted)?;
     Ok(plant.with_pushes(&pushes(context), context.wanted)?)
+}
+
+/// Returns the tolerance, that of the constraints where the scenario has none \[m\].
+fn tolerance(values: &SceneOptions) -> f64 {
+    let of_constraints = match named_constraints(values).unwrap_or_default() {
+        Constraints::Rigid => Options::TOLERANCE,
+        Constraints::Compliant => Options::COMPLIANT_TOLERANCE,
+    };
+    values.number(TOLERANCE).unwrap_or(of_constraints)
 }

@@ -11,6 +11,7 @@ use twinrig_scenario::{Accepts, OptionSpec, Options as SceneOptions};
 use crate::error::BuildError;
 use crate::parts::constraints::{check_bar, constraints_choice, named_constraints};
 use crate::parts::context::PlantContext;
+use crate::parts::method::TOLERANCE;
 use crate::parts::option::{choice, option};
 use crate::parts::plant_kind::PlantKind;
 use crate::parts::setup::{pushes, setup};
@@ -55,7 +56,7 @@ pub(crate) fn kind() -> PlantKind {
         Accepts::Choice(methods.into()),
     ))
     .with_option(OptionSpec {
-        name: "tolerance".to_owned(),
+        name: TOLERANCE.to_owned(),
         about: format!(
             "error tolerance of trunk and feet per millisecond, with compliant constraints ({:e} m)",
             Options::TOLERANCE
@@ -68,6 +69,10 @@ pub(crate) fn kind() -> PlantKind {
         default: None,
     })
     .with_step(STEP)
+    .with_tolerance(|values| {
+        let compliant = named_constraints(values) == Some(Constraints::Compliant);
+        compliant.then(|| tolerance(values))
+    })
     .with_pushes()
 }
 
@@ -77,17 +82,17 @@ pub(crate) fn kind() -> PlantKind {
 /// If the plant does not support the robot or the ground.
 pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     let (setup, values) = (setup(context, STEP)?, &context.plant.options);
-    let (force, tolerance) = (force(values)?, values.number("tolerance"));
+    let (force, given) = (force(values)?, values.number(TOLERANCE));
     let constraints = named_constraints(values).unwrap_or_default();
     check_bar(context, constraints)?;
-    let options = match (constraints, force, tolerance) {
-        (Constraints::Compliant, Force::Solve, tolerance) => {
+    let options = match (constraints, force, given) {
+        (Constraints::Compliant, Force::Solve, _) => {
             if let Some(name) = values.text(INTEGRATOR) {
                 let message =
                     format!("`integrator = \"{name}\"` requires `constraints = \"rigid\"`");
                 return Err(message.into());
             }
-            Options::compliant(setup, tolerance.unwrap_or(Options::TOLERANCE))
+            Options::compliant(setup, tolerance(values))
         }
         (Constraints::Compliant, Force::Lookup { .. } | Force::LinearLookup { .. }, _) => {
             let name = values.text("force").unwrap_or_default();
@@ -103,6 +108,11 @@ pub fn massless(context: &PlantContext<'_>) -> Result<Massless, BuildError> {
     };
     let plant = Massless::new(context.robot, &options, context.wanted)?;
     Ok(plant.with_pushes(&pushes(context), context.wanted)?)
+}
+
+/// Returns the tolerance with compliant constraints \[m\].
+fn tolerance(options: &SceneOptions) -> f64 {
+    options.number(TOLERANCE).unwrap_or(Options::TOLERANCE)
 }
 
 fn method(options: &SceneOptions) -> Method {

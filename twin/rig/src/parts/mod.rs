@@ -1,6 +1,7 @@
 //! Standard kinds of parts and their builders from scenario options.
 
 pub(crate) mod abduction;
+pub(crate) mod accuracy;
 pub(crate) mod analog_sources;
 mod bench;
 pub mod bus_kind;

@@ -6,10 +6,11 @@ use twinrig_document::DocumentError;
 use twinrig_kernel::{Direction, Port, SimDuration};
 use twinrig_legged::Constraints;
 use twinrig_runtime::Plant;
-use twinrig_scenario::{Kind, OptionSpec, Standalone};
+use twinrig_scenario::{Kind, OptionSpec, Options, PlantSpec, Standalone};
 
 use crate::error::BuildError;
 use crate::parts::abduction::abduction_ports;
+use crate::parts::accuracy::Accuracy;
 use crate::parts::context::{ModelContext, PlantContext, StandaloneModel};
 use crate::parts::method::Method;
 use crate::parts::setup::legged_ports;
@@ -29,6 +30,8 @@ pub struct PlantKind {
     about: String,
     options: Vec<OptionSpec>,
     step: Option<SimDuration>,
+    tolerance: fn(&Options) -> Option<f64>,
+    is_exact: bool,
     methods: Vec<Method>,
     compliant_methods: Vec<Method>,
     soft_methods: Vec<Method>,
@@ -79,6 +82,8 @@ impl PlantKind {
             about,
             options: Vec::new(),
             step: None,
+            tolerance: |_| None,
+            is_exact: false,
             methods: Vec::new(),
             compliant_methods: Vec::new(),
             soft_methods: Vec::new(),
@@ -145,6 +150,21 @@ impl PlantKind {
         self
     }
 
+    /// Declares the tolerance of the error control under the options of a scenario; none of a
+    /// method without one.
+    #[must_use]
+    pub fn with_tolerance(mut self, tolerance: fn(&Options) -> Option<f64>) -> Self {
+        self.tolerance = tolerance;
+        self
+    }
+
+    /// Declares that the plant evaluates closed forms: it has no numerical error.
+    #[must_use]
+    pub fn exact(mut self) -> Self {
+        self.is_exact = true;
+        self
+    }
+
     /// Adds an integration method, for studies. A kind without declared methods has one, which is
     /// set by its step.
     #[must_use]
@@ -194,6 +214,18 @@ impl PlantKind {
     /// Returns the declared default step.
     pub(crate) fn step(&self) -> Option<SimDuration> {
         self.step
+    }
+
+    /// Returns the settings of the numerical error of a plant on a robot.
+    pub(crate) fn accuracy(&self, plant: &PlantSpec) -> Accuracy {
+        match plant.step.or(self.step) {
+            _ if self.is_exact => Accuracy::Exact,
+            Some(step) => Accuracy::Set {
+                step,
+                tolerance: (self.tolerance)(&plant.options),
+            },
+            None => Accuracy::Unknown,
+        }
     }
 
     /// Returns the scenario keys of the kind.

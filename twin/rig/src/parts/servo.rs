@@ -7,6 +7,7 @@ use twinrig_scenario::{Accepts, LegFact, PlantSpec};
 use twinrig_servo::{ServoBench, ServoBenchFile, ServoBenchParameters};
 
 use crate::error::BuildError;
+use crate::parts::accuracy::Accuracy;
 use crate::parts::context::{ModelContext, StandaloneModel};
 use crate::parts::option::option;
 use crate::parts::plant_kind::PlantKind;
@@ -88,15 +89,32 @@ impl StandaloneModel for LoadedBench {
         SimDuration::try_from_secs_f64(self.parameters.controller.period)
     }
 
+    /// The step of a scenario is a bound of that which follows from the time constant of the motor.
+    fn accuracy(&self, plant: &PlantSpec) -> Accuracy {
+        match ServoBench::new(&self.parameters, &|_| false) {
+            Ok(bench) => Accuracy::Set {
+                step: plant
+                    .step
+                    .map_or(bench.substep(), |it| it.min(bench.substep())),
+                tolerance: None,
+            },
+            Err(_) => Accuracy::Unknown,
+        }
+    }
+
     fn files(&self) -> Vec<(String, Vec<u8>)> {
         vec![(KEPT.to_owned(), self.text.clone().into_bytes())]
     }
 
     fn build(
         &self,
-        _: &PlantSpec,
+        plant: &PlantSpec,
         requested: &dyn Fn(&str) -> bool,
     ) -> Result<Box<dyn Plant>, BuildError> {
-        Ok(Box::new(ServoBench::new(&self.parameters, requested)?))
+        let bench = ServoBench::new(&self.parameters, requested)?;
+        Ok(Box::new(match plant.step {
+            Some(step) => bench.with_substep(step)?,
+            None => bench,
+        }))
     }
 }

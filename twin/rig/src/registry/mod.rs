@@ -14,6 +14,7 @@ use twinrig_scenario::{Catalogue, Kind, OptionSpec, PlantSpec};
 
 use crate::build_key::BuildKey;
 use crate::error::{BuildError, Error};
+use crate::parts::accuracy::Accuracy;
 use crate::parts::bus_kind::BusKind;
 use crate::parts::constraints::CONSTRAINTS;
 use crate::parts::context::{ModelContext, PlantContext, StandaloneModel};
@@ -299,6 +300,12 @@ impl Registry {
     pub fn plant_step(&self, plant: &PlantSpec) -> Option<SimDuration> {
         let kind = self.plant_kind(&plant.model)?;
         plant.step.or(kind.step())
+    }
+
+    /// Returns the settings of the numerical error of a plant on a robot.
+    pub(crate) fn accuracy(&self, plant: &PlantSpec) -> Accuracy {
+        let kind = self.plant_kind(&plant.model);
+        kind.map_or(Accuracy::Unknown, |kind| kind.accuracy(plant))
     }
 
     /// Returns the keys of scenarios for `robot`. Ranges and defaults of process variables depend

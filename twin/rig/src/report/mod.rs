@@ -2,11 +2,13 @@
 
 pub mod bound;
 pub mod buses;
+pub mod error_bar;
 pub mod row;
 pub mod seconds;
 mod tracking;
 
 pub use buses::BusReport;
+pub use error_bar::{ErrorBar, ErrorSource};
 pub use seconds::{recording_s, seconds};
 use serde::{Serialize, Serializer};
 use twinrig_campaign::spread::{EnsembleKind, ExpectationSpread};
@@ -253,6 +255,8 @@ pub struct Line {
     pub outcome: Outcome,
     /// The expectation over the runs of the scenario's ensemble; none without one.
     pub ensemble: Option<LineEnsemble>,
+    /// Numerical error of the measured value; none if it was not asked for.
+    pub error_bar: Option<ErrorBar>,
     /// Whether it is unobserved in a run that an error ended before its time window.
     pub cut_short: bool,
 }
@@ -309,6 +313,7 @@ impl Line {
         Self {
             outcome,
             ensemble: None,
+            error_bar: None,
             cut_short: false,
         }
     }
@@ -317,6 +322,11 @@ impl Line {
     pub fn holds(&self) -> bool {
         let ensemble = self.ensemble.as_ref();
         self.outcome.holds() && ensemble.is_none_or(LineEnsemble::holds)
+    }
+
+    /// Returns whether the numerical error leaves the verdict open.
+    pub fn is_undecided(&self) -> bool {
+        self.error_bar.is_some_and(|bar| !bar.decided)
     }
 
     /// Converts the outcome to a message of a recording.
@@ -378,6 +388,8 @@ struct WrittenLine<'a> {
     cut_short: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     ensemble: Option<&'a LineEnsemble>,
+    #[serde(flatten)]
+    error_bar: Option<ErrorBar>,
 }
 
 impl Serialize for Line {
@@ -408,6 +420,7 @@ impl Serialize for Line {
             line: outcome.place.line(),
             cut_short: self.cut_short,
             ensemble: self.ensemble.as_ref(),
+            error_bar: self.error_bar,
         }
         .serialize(serializer)
     }
@@ -463,6 +476,23 @@ impl Report {
             self.verdict = Status::Fail;
         }
         self.strict = Some(reasons);
+    }
+
+    /// Returns the number of expectations whose verdict the numerical error leaves open.
+    pub fn undecided(&self) -> usize {
+        let lines = self.expectations.iter();
+        lines.filter(|line| line.is_undecided()).count()
+    }
+
+    /// Returns the exit code: that of the verdict, and at least that of a failure if a verdict is
+    /// undecided.
+    pub fn exit_code(&self) -> u8 {
+        let of_verdict = self.verdict.exit_code();
+        if self.undecided() > 0 {
+            of_verdict.max(Status::Fail.exit_code())
+        } else {
+            of_verdict
+        }
     }
 
     /// Returns the number of expectations that hold.
