@@ -1,50 +1,48 @@
 //! Numerical errors of the measured values of a run, by runs of the same scene at finer settings.
 //!
 //! A run is repeated at a tenth of the tolerance and half the step, and again at a tenth and half
-//! of those. With d₁ and d₂ the differences of successive margins, and r the ratio of successive
-//! errors that the method should have, the error of the first run is (d₁ + …) ≤ max(d₁, d₂)/(1 − r)
-//! where it falls at least so fast. Three times that is the bound: errors of gaits follow the
-//! tolerance in the mean, not one by one. d₂ counts because d₁ alone may vanish by chance.
-//! `benches/error-bars` compares bounds with true errors.
+//! of those. With the values v₀, v₁ and v₂ of the three runs, the error of the first is
 //!
-//! Where d₂ is not clearly less than d₁, and where the scenario says that its horizon of
-//! predictability is before the end of the window, the finer runs may be other draws of a motion
-//! that no run predicts. There the error is at least the root mean square deviation of runs from
-//! perturbed starts.
+//! ```text
+//! 1.5 |v₀ − v₂| + 10 |v₁ − v₂|
+//! ```
+//!
+//! The first term is the error where the finest run is exact, the second is about that of the run
+//! before it, which the finest one has less of. Errors of gaits follow the tolerance in the mean,
+//! not one by one: the factors are such that 99 of 100 errors are at least the true ones
+//! (`benches/error-bars`).
+//!
+//! Where |v₁ − v₂| is not clearly less than |v₀ − v₁|, a third refinement tells whether that is by
+//! chance, and takes the place of the second. Where it is not, and where the scenario says that its
+//! horizon of predictability is before the end of the window, the finer runs are other draws of a
+//! motion that no run predicts. The error is then the root mean square deviation of runs from
+//! perturbed starts, and at least that of each finer run.
+
+mod estimate;
 
 use twinrig_campaign::spread::Magnitude;
-use twinrig_campaign::sweep::{ExpectationVerdict, RowExpectation, SweepRow};
+use twinrig_campaign::sweep::{RowExpectation, SweepRow};
 use twinrig_kernel::SimTime;
 use twinrig_rig::assembly::Assembly;
 use twinrig_rig::assembly::refinement::Refined;
 use twinrig_rig::error::guarded;
-use twinrig_rig::report::{ErrorBar, ErrorSource, Report, Status, row};
+use twinrig_rig::report::{ErrorBar, Report, Status, row};
 use twinrig_rig::run::interrupt;
 use twinrig_scenario::{Expectation, Varied};
 
 use crate::ensemble::{Ensemble, ran, row_of};
 use crate::error::{Error, StudyError};
 use crate::parallel::{RunResult, run_all};
+use estimate::{Runs, exact};
 
-/// Refinements.
+/// Refinements, and those where the values do not converge.
 const REFINEMENTS: u32 = 2;
-
-/// Bound of an error over the estimate by the ratio of successive errors.
-const SAFETY: f64 = 3.0;
-
-/// Greatest ratio of successive differences of values that converge, between that of the method and
-/// one.
-fn greatest_ratio(of_method: f64) -> f64 {
-    0.5 * (1.0 + of_method)
-}
+const MORE_REFINEMENTS: u32 = 3;
 
 /// Runs of the ensemble, and the greatest change of a coordinate of their starts \[m, rad\]: about
 /// the error of a step.
 const MEMBERS: usize = 8;
 const MAGNITUDE: Magnitude = Magnitude::UpTo(1e-6);
-
-/// Least margin of a decided verdict, in errors.
-const LEAST_MARGIN: f64 = 3.0;
 
 /// Adds the numerical error of each measured value to the report of an unperturbed run. After a run
 /// with an error nothing is added. `progress` receives the number of runs that have ended, and of
@@ -61,9 +59,7 @@ pub fn with_error_bars(
     if report.error.is_some() {
         return Ok(report);
     }
-    let first = row::of_report(report.clone());
-    let found = bars(assembly, &first, progress);
-    match found {
+    match bars(assembly, row::of_report(report.clone()), progress) {
         Ok(bars) => {
             for (line, bar) in report.expectations.iter_mut().zip(bars) {
                 line.error_bar = Some(bar);
@@ -95,51 +91,49 @@ impl<E: Into<Error>> From<E> for Failure {
 
 fn bars(
     assembly: &Assembly<'_>,
-    first: &SweepRow,
+    first: SweepRow,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Vec<ErrorBar>, Failure> {
+    let expectations = &assembly.scenario().expectations;
     let refined = (1..=REFINEMENTS).map(|times| assembly.refined(times));
     let refined: Option<Vec<Refined<'_>>> = refined.collect::<Result<_, _>>()?;
-    let expectations = &assembly.scenario().expectations;
     let Some(refined) = refined else {
-        let exact = |of: &Expectation| ErrorBar {
-            error: of.has_numerical_error().then_some(0.0),
-            error_by: None,
-            decided: true,
-        };
         return Ok(expectations.iter().map(exact).collect());
     };
-    let ratio = refined.first().map_or(0.5, |it| it.ratio);
+    let ratio = refined.iter().map(|it| it.ratio).fold(0.0, f64::max);
     let file = &assembly.scenario().file;
-    let run = |index: usize| {
-        let scene = refined.get(index).map(|it| &it.assembly);
-        let row = scene.map(|scene| guarded(file, || row_of(scene, None)));
-        row.map_or_else(|| Err("no such run".to_owned()), ran)
+    let run = |index: usize| row_at(file, refined.get(index));
+    let mut finer = vec![first];
+    finer.extend(runs(file, refined.len(), &run, progress)?);
+    let is_open = |(index, of): (usize, &Expectation)| {
+        let runs = Runs {
+            finer: &column(&finer, index),
+            perturbed: &[],
+            ratio,
+        };
+        runs.are_open(of, is_beyond_horizon(assembly, of))
     };
-    let finer = runs(file, refined.len(), &run, progress)?;
-    let values = |index: usize| -> Vec<Option<&RowExpectation>> {
-        let rows = std::iter::once(first).chain(&finer);
-        rows.map(|row| row.expectations.get(index)).collect()
+    let mut perturbed = Vec::new();
+    if expectations.iter().enumerate().any(is_open) {
+        let rows = more(assembly, progress)?;
+        finer.extend(rows.finest);
+        perturbed = rows.perturbed;
+    }
+    let bar = |(index, of): (usize, &Expectation)| {
+        let runs = Runs {
+            finer: &column(&finer, index),
+            perturbed: &column(&perturbed, index),
+            ratio,
+        };
+        runs.bar(of, is_beyond_horizon(assembly, of))
     };
-    let estimates = expectations.iter().enumerate();
-    let estimates: Vec<Estimate> = estimates
-        .map(|(index, of)| Estimate::of(&values(index), ratio, of))
-        .collect();
-    let unpredictable = |(of, estimate): (&Expectation, &Estimate)| {
-        of.has_numerical_error() && (!estimate.converges || is_beyond_horizon(assembly, of))
-    };
-    let unpredictable = expectations.iter().zip(&estimates).map(unpredictable);
-    let unpredictable: Vec<bool> = unpredictable.collect();
-    let deviations = if unpredictable.contains(&true) {
-        deviations(assembly, first, progress)?
-    } else {
-        None
-    };
-    let bars = estimates.iter().enumerate().map(|(index, estimate)| {
-        let deviation = deviations.as_ref().filter(|_| unpredictable[index]);
-        estimate.bar(deviation.map(|all| all[index]), &expectations[index])
-    });
-    Ok(bars.collect())
+    Ok(expectations.iter().enumerate().map(bar).collect())
+}
+
+/// Returns an expectation of runs.
+fn column(rows: &[SweepRow], index: usize) -> Vec<Option<&RowExpectation>> {
+    let rows = rows.iter();
+    rows.map(|row| row.expectations.get(index)).collect()
 }
 
 /// Whether an expectation is judged past the horizon of predictability that its scenario names.
@@ -148,6 +142,41 @@ fn is_beyond_horizon(assembly: &Assembly<'_>, of: &Expectation) -> bool {
     let until = of.before.unwrap_or(scenario.end());
     let horizon = scenario.horizon.map(|horizon| SimTime::ZERO + horizon);
     horizon.is_some_and(|horizon| until > horizon)
+}
+
+/// Runs a finer scene.
+fn row_at(file: &str, scene: Option<&Refined<'_>>) -> RunResult<SweepRow> {
+    let row = scene.map(|scene| guarded(file, || row_of(&scene.assembly, None)));
+    row.map_or_else(|| Err("no such run".to_owned()), ran)
+}
+
+/// Runs for values that do not converge.
+struct More {
+    /// At the finest settings.
+    finest: Option<SweepRow>,
+    /// From perturbed starts; none of a plant that cannot be perturbed.
+    perturbed: Vec<SweepRow>,
+}
+
+fn more(assembly: &Assembly<'_>, progress: &mut dyn FnMut(usize, usize)) -> Result<More, Failure> {
+    let finest = assembly.refined(MORE_REFINEMENTS)?;
+    let mut ensemble = Ensemble::new(assembly, MEMBERS + 1, Varied::Start)?;
+    ensemble.perturb_by(MAGNITUDE);
+    let members = match ensemble.why_seeds() {
+        None => MEMBERS,
+        Some(_) => 0,
+    };
+    let file = &assembly.scenario().file;
+    // The finest run takes as long as several others.
+    let run = |index: usize| match index {
+        0 => row_at(file, finest.as_ref()),
+        member => ran(ensemble.run(member, None)),
+    };
+    let mut rows = runs(file, 1 + members, &run, progress)?.into_iter();
+    Ok(More {
+        finest: rows.next(),
+        perturbed: rows.collect(),
+    })
 }
 
 /// Does runs, all of which have to reach their end.
@@ -178,123 +207,6 @@ fn runs(
         }
     });
     rows.collect()
-}
-
-/// Error of a measured value from runs at finer settings.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Estimate {
-    /// Margin of the run itself.
-    margin: Option<f64>,
-    /// Bound of the error; none if the value is not observed in all runs.
-    bound: Option<f64>,
-    /// Whether the differences of the runs fall as the method lets expect.
-    converges: bool,
-    /// Whether all runs have the same verdict.
-    same_verdict: bool,
-}
-
-impl Estimate {
-    /// Estimates from the run itself and those at finer settings.
-    fn of(runs: &[Option<&RowExpectation>], ratio: f64, expectation: &Expectation) -> Self {
-        let verdicts = |one: Option<&RowExpectation>| one.map(|one| one.verdict);
-        let first = runs.first().copied().flatten();
-        let same_verdict = runs.iter().all(|&one| verdicts(one) == verdicts(first));
-        let values: Option<Vec<f64>> = runs.iter().map(|&one| compared(one?)).collect();
-        let differences = values.map(|values| {
-            let pairs = values.windows(2);
-            pairs.map(|pair| (pair[0] - pair[1]).abs()).collect()
-        });
-        let differences: Option<Vec<f64>> = differences;
-        let greatest = |all: &[f64]| all.iter().copied().fold(0.0, f64::max);
-        let falls = |all: &[f64]| {
-            let pairs = all.windows(2);
-            pairs
-                .into_iter()
-                .all(|pair| pair[1] <= greatest_ratio(ratio) * pair[0])
-        };
-        Self {
-            margin: first.and_then(|one| one.margin),
-            bound: differences
-                .as_deref()
-                .map(|all| SAFETY * greatest(all) / (1.0 - ratio))
-                .filter(|_| expectation.has_numerical_error()),
-            converges: differences.as_deref().is_some_and(falls),
-            same_verdict: same_verdict || expectation.is_of_method(),
-        }
-    }
-
-    /// Returns the error, also by the deviation of an ensemble and its verdicts if there is one.
-    fn bar(&self, ensemble: Option<Deviation>, of: &Expectation) -> ErrorBar {
-        let same_verdict = ensemble.is_none_or(|it| it.same_verdict) || of.is_of_method();
-        let deviation = ensemble.and_then(|it| it.value);
-        let (error, error_by) = match (self.bound, deviation) {
-            (None, _) => (None, None),
-            (Some(bound), Some(deviation)) if deviation > bound => {
-                (Some(deviation), Some(ErrorSource::Ensemble))
-            }
-            (Some(bound), _) => (Some(bound), Some(ErrorSource::Refinement)),
-        };
-        let within = match (self.margin, error) {
-            (Some(margin), Some(error)) => margin.abs() < LEAST_MARGIN * error,
-            _ => false,
-        };
-        ErrorBar {
-            error,
-            error_by,
-            decided: self.same_verdict && same_verdict && !within,
-        }
-    }
-}
-
-/// Returns the number of a run that others are compared with: the margin, which is continuous where
-/// the nearest limit changes from one side to the other.
-fn compared(one: &RowExpectation) -> Option<f64> {
-    match one.verdict {
-        ExpectationVerdict::Unobserved => one.measured,
-        ExpectationVerdict::Pass | ExpectationVerdict::Fail => one.margin,
-    }
-}
-
-/// Deviation of the runs from perturbed starts from the run itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Deviation {
-    /// Root mean square; none if the value is not observed in all runs.
-    value: Option<f64>,
-    /// Whether all runs have the verdict of the run itself.
-    same_verdict: bool,
-}
-
-/// Returns the deviations of the expectations over runs from perturbed starts; none if the plant
-/// cannot be perturbed.
-fn deviations(
-    assembly: &Assembly<'_>,
-    first: &SweepRow,
-    progress: &mut dyn FnMut(usize, usize),
-) -> Result<Option<Vec<Deviation>>, Failure> {
-    let mut ensemble = Ensemble::new(assembly, MEMBERS + 1, Varied::Start)?;
-    if ensemble.why_seeds().is_some() {
-        return Ok(None);
-    }
-    ensemble.perturb_by(MAGNITUDE);
-    let run = |index: usize| ran(ensemble.run(index + 1, None));
-    let file = &assembly.scenario().file;
-    let rows = runs(file, MEMBERS, &run, progress)?;
-    let deviation = |(index, own): (usize, &RowExpectation)| {
-        let others = rows.iter().map(|row| row.expectations.get(index));
-        let others: Vec<Option<&RowExpectation>> = others.collect();
-        let squares = others.iter().map(|&one| {
-            let distance = compared(one?)? - compared(own)?;
-            Some(distance * distance)
-        });
-        let sum: Option<f64> = squares.sum();
-        let same = |one: &Option<&RowExpectation>| one.is_some_and(|it| it.verdict == own.verdict);
-        Deviation {
-            value: sum.map(|sum| libm::sqrt(sum / others.len() as f64)),
-            same_verdict: others.iter().all(same),
-        }
-    };
-    let all = first.expectations.iter().enumerate();
-    Ok(Some(all.map(deviation).collect()))
 }
 
 #[cfg(test)]

@@ -340,6 +340,23 @@ impl Expectation {
         }
     }
 
+    /// Returns whether the measured value is one number of the run, and not that of the leg, the
+    /// footstep or the instant with the least margin.
+    pub fn is_of_one_number(&self) -> bool {
+        match &self.claim {
+            Claim::Gait(_)
+            | Claim::Compare(_)
+            | Claim::Timing(_)
+            | Claim::Body(BodyClaim::Limited(..)) => true,
+            Claim::Footstep(_)
+            | Claim::Body(_)
+            | Claim::Signal(_)
+            | Claim::Sequence(_)
+            | Claim::EnergyResidual(_)
+            | Claim::Cost(..) => false,
+        }
+    }
+
     /// Returns whether it is about the numerical method and the work of a run, so that it may have
     /// another verdict with another step.
     pub fn is_of_method(&self) -> bool {
