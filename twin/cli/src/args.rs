@@ -232,6 +232,10 @@ pub struct Settings {
 
 /// Arguments of `twin run`.
 #[derive(Clone, Debug, Default, Args)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "independent switches of a command line"
+)]
 pub struct RunArgs {
     /// Scenario files
     #[arg(required = true, value_name = "SCENARIO")]

@@ -69,10 +69,11 @@ pub use twinrig_scenario as scenario;
 pub use facade::testing;
 pub use facade::{bus, controller, plant, prelude, robot};
 pub use twinrig_rig::{
-    Assembly, BuildError, BuildKey, BusContext, BusKind, BusReport, ControllerContext,
-    ControllerKind, Energy, Error, Execution, LegContext, Line, LineEnsemble, Method, ModelContext,
-    PlantContext, PlantKind, RealTime, Registry, Report, RunLayouts, RunObserver, RunProgress,
-    StandaloneModel, Status, WarningEntry, execute_observed, fmu, fmu_plant, lcp, massless,
+    Accuracy, Assembly, BuildError, BuildKey, BusContext, BusKind, BusReport, ControllerContext,
+    ControllerKind, Energy, Error, ErrorBar, ErrorSource, Execution, LegContext, Line,
+    LineEnsemble, Method, ModelContext, PlantContext, PlantKind, RealTime, Registry, Report,
+    RunLayouts, RunObserver, RunProgress, StandaloneModel, Status, WarningEntry, execute_observed,
+    fmu, fmu_plant, lcp, massless,
 };
 
 pub use commands::{plan_json, recording_path, run, run_args, run_with};
@@ -81,5 +82,5 @@ pub use report::text;
 pub use twinrig_experiment::{
     Error as ExperimentError, JobError, OptimizationOutcome, OptimizationProgress,
     OptimizationRequest, SweepEvent, SweepOutcome, SweepProgress, SweepRequest, SweepRows,
-    WorkerJob, execute, optimize, sweep, with_ensemble,
+    WorkerJob, execute, optimize, sweep, with_ensemble, with_error_bars,
 };

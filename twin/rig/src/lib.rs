@@ -64,7 +64,8 @@ pub use parts::plant_kind::PlantKind;
 pub use plant_id::PlantId;
 pub use registry::Registry;
 pub use report::{
-    Against, BusReport, Energy, Line, LineEnsemble, RealTime, Report, Status, WarningEntry,
+    Against, BusReport, Energy, ErrorBar, ErrorSource, Line, LineEnsemble, RealTime, Report,
+    Status, WarningEntry,
 };
 pub use run::execute::execute_observed;
 pub use run::execution::Execution;

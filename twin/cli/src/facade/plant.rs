@@ -96,4 +96,4 @@ pub use twinrig_rig::parts::massless::massless;
 pub use twinrig_rig::parts::method::Method;
 pub use twinrig_rig::parts::plant_kind::PlantKind;
 pub use twinrig_rig::parts::setup::{legged_ports, pushes, setup};
-pub use twinrig_rig::{ModelContext, PlantContext, StandaloneModel};
+pub use twinrig_rig::{Accuracy, ModelContext, PlantContext, StandaloneModel};

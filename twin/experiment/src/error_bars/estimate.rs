@@ -8,6 +8,9 @@ use twinrig_scenario::Expectation;
 const OF_FIRST: f64 = 1.5;
 const OF_LAST_BUT_ONE: f64 = 10.0;
 
+/// Factor of the deviation of other runs.
+const OF_DEVIATION: f64 = 1.5;
+
 /// Number of runs, the first included, by which values are expected to converge.
 const FEW: usize = 3;
 
@@ -100,8 +103,8 @@ impl Runs<'_> {
         Some(OF_FIRST * first? + OF_LAST_BUT_ONE * last?)
     }
 
-    /// Returns the root mean square deviation of the runs from perturbed starts, at least that of
-    /// each finer one.
+    /// Returns the error by the root mean square deviation of the runs from perturbed starts, or by
+    /// the greatest of the finer ones.
     fn deviation(&self, of: &Expectation) -> Option<f64> {
         let values = self.values(of)?;
         let (own, finer) = values.split_first()?;
@@ -112,17 +115,17 @@ impl Runs<'_> {
         let sum: Option<f64> = squares.sum();
         let deviation = libm::sqrt(sum? / self.perturbed.len() as f64);
         let finer = finer.iter().map(|value| (value - own).abs());
-        Some(finer.fold(deviation, f64::max))
+        Some(OF_DEVIATION * finer.fold(deviation, f64::max))
     }
 
     /// Returns whether the finer runs and, of a value that is not `predicted`, those from perturbed
     /// starts have the same verdict.
     fn have_same_verdict(&self, predicted: bool) -> bool {
         let perturbed = self.perturbed.iter().filter(|_| !predicted);
-        let mut verdicts = self.finer.iter().chain(perturbed);
-        let verdict = |run: &Option<&RowExpectation>| run.map(|run| run.verdict);
-        let first = verdicts.next().and_then(verdict);
-        verdicts.all(|run| verdict(run) == first)
+        let runs = self.finer.iter().chain(perturbed);
+        let mut verdicts = runs.map(|run| run.map(|run| run.verdict));
+        let first = verdicts.next();
+        verdicts.all(|verdict| Some(verdict) == first)
     }
 }
 

@@ -10,7 +10,7 @@ use twinrig::kernel::signal::ENERGY;
 use twinrig::kernel::{Direction, Port, SimDuration};
 use twinrig::runtime::{Coupling, Plant};
 use twinrig::scenario::{LegFact, PlantSpec};
-use twinrig::{BuildError, ModelContext, StandaloneModel};
+use twinrig::{Accuracy, BuildError, ModelContext, StandaloneModel};
 use twinrig_document::{DocumentError, Placed, Problem, read_file};
 
 use crate::exceptions::Exceptions;

@@ -20,6 +20,6 @@ pub struct ErrorBar {
 pub enum ErrorSource {
     /// Bound of the error, by runs at finer settings.
     Refinement,
-    /// Root mean square deviation of runs from other starts: the value is not predictable.
+    /// Deviation of runs from other starts: the value is not predictable.
     Ensemble,
 }
