@@ -23,11 +23,11 @@
 //!
 //! `runs` has the runs that an engine does, with rows on disk; `sweep`, `optimization` and `radius`
 //! are on top of it. `ensemble` has the runs of a scenario with the key `ensemble`, `error_bars`
-//! those at finer settings. Each study has a folder: its options, its request (from options to a report), its cases, the analysis,
-//! `results` (JSON and CSV) and `view` (summary and page). The smallest one is `gait_map`. `plants`
-//! has precision and stability, `gait` the runs of gaits. A new study is such a folder, a line in
-//! `studies.rs`, a section in `docs/studies.md` and its name in `docs/program.md`; runs that do not
-//! differ by settings alone also take a line in `worker.rs`.
+//! those at finer settings. Each study has a folder: its options, its request (from options to a
+//! report), its cases, the analysis, `results` (JSON and CSV) and `view` (summary and page). The
+//! smallest one is `gait_map`. `plants` has precision and stability, `gait` the runs of gaits. A
+//! new study is such a folder, a line in `studies.rs`, a section in `docs/studies.md` and its name
+//! in `docs/program.md`; runs that do not differ by settings alone also take a line in `worker.rs`.
 //!
 //! Limits: no knowledge of a particular plant, no terminal; the options of a study are those of the
 //! command line. The wall clock is read for run times, budgets and progress only.
