@@ -14,5 +14,4 @@ pub(crate) const MEAN: [f64; 4] = [1.0 / 8.0, 3.0 / 8.0, 3.0 / 8.0, 1.0 / 8.0];
 
 /// Weights of the slopes in the error: those of order 3 are one-parametric, and the last is that of
 /// the own method.
-pub(crate) const ERROR: [f64; 5] =
-    [-1.0 / 24.0, 1.0 / 8.0, -1.0 / 8.0, -1.0 / 8.0, 1.0 / 6.0];
+pub(crate) const ERROR: [f64; 5] = [-1.0 / 24.0, 1.0 / 8.0, -1.0 / 8.0, -1.0 / 8.0, 1.0 / 6.0];
