@@ -98,42 +98,40 @@ fn bars(
     let refined = (1..=REFINEMENTS).map(|times| assembly.refined(times));
     let refined: Option<Vec<Refined<'_>>> = refined.collect::<Result<_, _>>()?;
     let Some(refined) = refined else {
-        return Ok(expectations.iter().map(exact).collect());
+        let kinds = expectations.iter().map(Expectation::value_kind);
+        return Ok(kinds.map(exact).collect());
     };
-    let ratio = refined.iter().map(|it| it.ratio).fold(0.0, f64::max);
     let file = &assembly.scenario().file;
     let run = |index: usize| row_at(file, refined.get(index));
     let mut finer = vec![first];
     finer.extend(runs(file, refined.len(), &run, progress)?);
-    let is_open = |(index, of): (usize, &Expectation)| {
-        let runs = Runs {
-            finer: &column(&finer, index),
-            perturbed: &[],
+    let ratio = refined.iter().map(|it| it.ratio).fold(0.0, f64::max);
+    let of_each = |finer: &[SweepRow], perturbed: &[SweepRow]| -> Vec<Runs> {
+        let expectations = expectations.iter().enumerate();
+        let runs = expectations.map(|(index, of)| Runs {
+            kind: of.value_kind(),
+            beyond: is_beyond_horizon(assembly, of),
+            finer: column(finer, index),
+            perturbed: column(perturbed, index),
             ratio,
-        };
-        runs.are_open(of, is_beyond_horizon(assembly, of))
+        });
+        runs.collect()
     };
     let mut perturbed = Vec::new();
-    if expectations.iter().enumerate().any(is_open) {
+    if of_each(&finer, &[]).iter().any(Runs::are_open) {
         let rows = more(assembly, progress)?;
         finer.extend(rows.finest);
         perturbed = rows.perturbed;
     }
-    let bar = |(index, of): (usize, &Expectation)| {
-        let runs = Runs {
-            finer: &column(&finer, index),
-            perturbed: &column(&perturbed, index),
-            ratio,
-        };
-        runs.bar(of, is_beyond_horizon(assembly, of))
-    };
-    Ok(expectations.iter().enumerate().map(bar).collect())
+    let runs = of_each(&finer, &perturbed);
+    Ok(runs.iter().map(Runs::bar).collect())
 }
 
 /// Returns an expectation of runs.
-fn column(rows: &[SweepRow], index: usize) -> Vec<Option<&RowExpectation>> {
+fn column(rows: &[SweepRow], index: usize) -> Vec<Option<RowExpectation>> {
     let rows = rows.iter();
-    rows.map(|row| row.expectations.get(index)).collect()
+    rows.map(|row| row.expectations.get(index).cloned())
+        .collect()
 }
 
 /// Whether an expectation is judged past the horizon of predictability that its scenario names.

@@ -276,6 +276,26 @@ pub enum SignalMode {
     Recovers(Recovery, f64),
 }
 
+/// Kind of a measured value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ValueKind {
+    /// One number of the run.
+    Single,
+    /// Value of the leg, the footstep or the instant with the least margin.
+    Extreme,
+    /// A count, which has no numerical error.
+    Count,
+    /// Work or residual of the energy: a property of this very run, which another step changes.
+    OfMethod,
+}
+
+impl ValueKind {
+    /// Returns whether the value may have a numerical error.
+    pub fn has_error(self) -> bool {
+        matches!(self, Self::Single | Self::Extreme)
+    }
+}
+
 /// Measure of the computational work of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CostMeasure {
@@ -322,45 +342,23 @@ impl Expectation {
         }
     }
 
-    /// Returns whether the measured value may have a numerical error: a count has none, nor have
-    /// work and residual of the energy, which are those of this very run.
-    pub fn has_numerical_error(&self) -> bool {
+    /// Returns the kind of the measured value, on which its numerical error depends.
+    pub fn value_kind(&self) -> ValueKind {
         match &self.claim {
-            Claim::EnergyResidual(_) | Claim::Cost(..) => false,
-            Claim::Timing(claim) => claim.measure != TimingMeasure::DeadlineMisses,
-            Claim::Footstep(claim) => !matches!(
-                claim.measure,
-                FootstepMeasure::Count(_) | FootstepMeasure::Order(_)
-            ),
-            Claim::Gait(_)
-            | Claim::Body(_)
-            | Claim::Signal(_)
-            | Claim::Compare(_)
-            | Claim::Sequence(_) => true,
-        }
-    }
-
-    /// Returns whether the measured value is one number of the run, and not that of the leg, the
-    /// footstep or the instant with the least margin.
-    pub fn is_of_one_number(&self) -> bool {
-        match &self.claim {
+            Claim::EnergyResidual(_) | Claim::Cost(..) => ValueKind::OfMethod,
+            Claim::Timing(claim) if claim.measure == TimingMeasure::DeadlineMisses => {
+                ValueKind::Count
+            }
+            Claim::Footstep(claim) => match claim.measure {
+                FootstepMeasure::Count(_) | FootstepMeasure::Order(_) => ValueKind::Count,
+                _ => ValueKind::Extreme,
+            },
             Claim::Gait(_)
             | Claim::Compare(_)
             | Claim::Timing(_)
-            | Claim::Body(BodyClaim::Limited(..)) => true,
-            Claim::Footstep(_)
-            | Claim::Body(_)
-            | Claim::Signal(_)
-            | Claim::Sequence(_)
-            | Claim::EnergyResidual(_)
-            | Claim::Cost(..) => false,
+            | Claim::Body(BodyClaim::Limited(..)) => ValueKind::Single,
+            Claim::Body(_) | Claim::Signal(_) | Claim::Sequence(_) => ValueKind::Extreme,
         }
-    }
-
-    /// Returns whether it is about the numerical method and the work of a run, so that it may have
-    /// another verdict with another step.
-    pub fn is_of_method(&self) -> bool {
-        matches!(self.claim, Claim::EnergyResidual(_) | Claim::Cost(..))
     }
 
     /// Returns whether it compares with the run without changes.

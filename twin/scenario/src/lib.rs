@@ -117,7 +117,7 @@ pub use catalogue::{Catalogue, Kind, Standalone, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{
     Axis, Claim, CostMeasure, CycleMark, Expectation, FootstepClaim, FootstepMeasure, LegChoice,
-    SignalClaim, SignalMode, TimingClaim, TimingMeasure,
+    SignalClaim, SignalMode, TimingClaim, TimingMeasure, ValueKind,
 };
 pub use facts::{Facts, LegFact};
 pub use gait::{Fitness, FitnessScales, FitnessTerms, GaitClaim, GaitMeasure};

@@ -318,6 +318,6 @@ impl<M: Mode> Along<M> {
     }
 }
 
-// Of the own method.
+// The exponential weights belong to the own method.
 #[cfg(all(test, not(feature = "three-eighths")))]
 mod tests;

@@ -34,9 +34,10 @@
 //! What costs is the motion after a touch-down, with its kinks where the damper and the bristle
 //! engage: it has a quarter of the time and half of the evaluations, whatever the order.
 
-#[cfg(not(feature = "three-eighths"))]
+// Tests check the weights of both.
+#[cfg(any(test, not(feature = "three-eighths")))]
 mod own;
-#[cfg(feature = "three-eighths")]
+#[cfg(any(test, feature = "three-eighths"))]
 mod three_eighths;
 
 #[cfg(not(feature = "three-eighths"))]
@@ -54,6 +55,5 @@ pub(super) fn times<const M: usize>(weights: [f64; M], seconds: f64) -> [f64; M]
     all
 }
 
-// Of the own method.
-#[cfg(all(test, not(feature = "three-eighths")))]
+#[cfg(test)]
 mod tests;

@@ -1,6 +1,7 @@
 //! Properties of the bench as a plant.
 
 use proptest::prelude::*;
+use twinrig_kernel::SimDuration;
 use twinrig_robot::serial::Gear;
 use twinrig_runtime::Plant;
 use twinrig_servo::{ServoBench, ServoBenchFile, ServoBenchParameters};
@@ -20,6 +21,32 @@ fn energy_residual_falls_with_the_square_of_the_period() {
     };
     let [coarse, fine] = [residual(4e-3), residual(1e-3)];
     assert!(coarse < 1e-3 && fine < coarse / 8.0, "{coarse} {fine}");
+}
+
+/// A step is a bound of the substeps: half of it is a quarter of the residual, of a rule of order 2.
+#[test]
+fn energy_residual_falls_with_the_square_of_the_substep() {
+    let mut servo = sound();
+    servo.controller.quantized = false;
+    let residual = |substep: SimDuration| {
+        let mut run = Run::new(&servo, &[], [1.3, 0.0]);
+        run.bench = run.bench.with_substep(substep).unwrap();
+        assert!(run.bench.substep() <= substep);
+        run.at(0.1, OFF);
+        run.bench.energy().residual.abs()
+    };
+    let [coarse, fine] = [500, 250].map(|micros| residual(SimDuration::from_micros(micros)));
+    assert!((3.5..4.5).contains(&(coarse / fine)), "{coarse} {fine}");
+}
+
+#[test]
+fn substeps_get_no_longer_and_not_endlessly_short() {
+    let bench = || ServoBench::new(&sound(), &|_| false).unwrap();
+    let own = bench().substep();
+    let longer = bench().with_substep(SimDuration::from_secs(1)).unwrap();
+    assert_eq!(longer.substep(), own);
+    let error = bench().with_substep(SimDuration::from_nanos(1));
+    assert!(error.unwrap_err().to_string().contains("or longer"));
 }
 
 /// Parts that the file leaves out, and parts that have no effect, give the same bits.

@@ -1,6 +1,7 @@
 //! Text forms of reports: the table, the `JUnit` file, and what all tables are made of.
 
 mod against;
+mod error_bar;
 pub(crate) mod junit;
 pub(crate) mod left_out;
 pub(crate) mod table;

@@ -14,9 +14,9 @@ use twinrig_report::number::percent;
 use twinrig_report::text::grid::{Cell, Grid, Left, Right};
 use twinrig_report::text::style::{BOLD, DIM, GREEN, RED, YELLOW, styled};
 use twinrig_rig::report::bound::sign;
-use twinrig_rig::report::{ErrorSource, Line, LineEnsemble, Report, Status, recording_s};
+use twinrig_rig::report::{Line, LineEnsemble, Report, Status, recording_s};
 
-use super::{against, tracking};
+use super::{against, error_bar, tracking};
 
 /// Maximum width of the values of facts.
 const WIDTH: usize = 100;
@@ -201,7 +201,7 @@ fn expectations(report: &Report) -> Grid {
             Cell::new(mark, style),
             outcome.name.as_str().into(),
             Cell::new(number(outcome.measured), bad),
-            error(line, &shown).into(),
+            error_bar::text(line, &shown).into(),
             Cell::new(sign(outcome), DIM),
             number(outcome.bound).into(),
             shown.symbol.into(),
@@ -222,12 +222,6 @@ fn cut_short(report: &Report) -> Grid {
         grid.paragraph(Cell::new("?", RED), &text.into(), WIDTH);
     }
     grid
-}
-
-/// Returns the numerical error of a measured value, `± 2e-5`; empty without one.
-fn error(line: &Line, shown: &Shown<'_>) -> String {
-    let error = line.error_bar.and_then(|bar| bar.error);
-    error.map_or_else(String::new, |error| shown.error(error))
 }
 
 fn mark(line: &Line) -> (&'static str, Style) {
@@ -300,25 +294,12 @@ fn shown(outcome: &Outcome) -> Shown<'static> {
 fn line_remark(line: &Line, recorded: bool) -> String {
     let ensemble = line.ensemble.as_ref();
     let remarks = [
-        error_remark(line),
+        error_bar::remark(line),
         ensemble.map(|ensemble| ensemble_remark(&line.outcome, ensemble)),
         Some(remark(&line.outcome, recorded)).filter(|it| !it.is_empty()),
     ];
     let remarks: Vec<String> = remarks.into_iter().flatten().collect();
     remarks.join("; ")
-}
-
-/// Returns the remark on a numerical error: whether it leaves the verdict open, and where it is not
-/// that of the method alone.
-fn error_remark(line: &Line) -> Option<String> {
-    let bar = line.error_bar?;
-    let parts = [
-        (!bar.decided).then_some("undecided"),
-        (bar.error_by == Some(ErrorSource::Ensemble))
-            .then_some("not predictable: error of an ensemble"),
-    ];
-    let parts: Vec<&str> = parts.into_iter().flatten().collect();
-    (!parts.is_empty()).then(|| parts.join(", "))
 }
 
 /// Returns the share of the runs of an ensemble, and their least margin.
@@ -345,30 +326,14 @@ pub fn line_sentence(line: &Line, recorded: bool) -> String {
     let ensemble = line.ensemble.as_ref();
     let failed = ensemble.filter(|ensemble| !ensemble.holds());
     let parts = [
-        line.is_undecided().then(|| undecided_sentence(line)),
+        line.is_undecided()
+            .then(|| error_bar::sentence(line, &shown(&line.outcome))),
         failed.map(|ensemble| ensemble_remark(&line.outcome, ensemble)),
         (!line.outcome.holds() || failed.is_none() && !line.is_undecided())
             .then(|| sentence(&line.outcome, recorded)),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     parts.join("; ")
-}
-
-/// Returns measured value, error and bound of an undecided verdict.
-fn undecided_sentence(line: &Line) -> String {
-    let (outcome, shown) = (&line.outcome, shown(&line.outcome));
-    let error = error(line, &shown);
-    match (outcome.measured, outcome.bound) {
-        (Some(measured), Some(bound)) => {
-            let measured = shown.number(measured);
-            let text = format!(
-                "undecided: {measured} {error} beside {}",
-                shown.with_unit(bound)
-            );
-            text.replace("  ", " ")
-        }
-        _ => "undecided: finer runs have another verdict".to_owned(),
-    }
 }
 
 /// Returns an outcome in one line.

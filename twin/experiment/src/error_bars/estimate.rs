@@ -2,7 +2,7 @@
 
 use twinrig_campaign::sweep::{ExpectationVerdict, RowExpectation};
 use twinrig_rig::report::{ErrorBar, ErrorSource};
-use twinrig_scenario::Expectation;
+use twinrig_scenario::ValueKind;
 
 /// Factors of the distances of the first run, and of the last but one, from the finest.
 const OF_FIRST: f64 = 1.5;
@@ -18,74 +18,99 @@ const FEW: usize = 3;
 const LEAST_MARGIN: f64 = 3.0;
 
 /// An expectation in several runs; none in one that does not have it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Runs<'r> {
+#[derive(Clone, Debug)]
+pub(super) struct Runs {
+    /// Kind of the measured value.
+    pub(super) kind: ValueKind,
+    /// Whether it is judged past the horizon of predictability.
+    pub(super) beyond: bool,
     /// In the run itself and at finer and finer settings.
-    pub(super) finer: &'r [Option<&'r RowExpectation>],
+    pub(super) finer: Vec<Option<RowExpectation>>,
     /// From perturbed starts.
-    pub(super) perturbed: &'r [Option<&'r RowExpectation>],
+    pub(super) perturbed: Vec<Option<RowExpectation>>,
     /// Expected ratio of the errors of two successive ones of the finer runs.
     pub(super) ratio: f64,
 }
 
 /// Returns the error bar of a plant without numerical error.
-pub(super) fn exact(of: &Expectation) -> ErrorBar {
+pub(super) fn exact(kind: ValueKind) -> ErrorBar {
     ErrorBar {
-        error: of.has_numerical_error().then_some(0.0),
+        error: kind.has_error().then_some(0.0),
         error_by: None,
         decided: true,
     }
 }
 
-impl Runs<'_> {
-    /// Returns whether the error is open: the first of the finer runs do not converge, or `beyond`
-    /// the horizon their convergence says nothing.
-    pub(super) fn are_open(&self, of: &Expectation, beyond: bool) -> bool {
-        of.has_numerical_error() && (beyond || !self.few().converge(of))
+impl Runs {
+    /// Returns whether the error is open: the first of the finer runs do not converge, or past the
+    /// horizon their convergence says nothing.
+    pub(super) fn are_open(&self) -> bool {
+        self.kind.has_error() && !self.few().are_predictable()
     }
 
     /// The first of the finer runs.
     fn few(&self) -> Self {
-        let finer = self.finer.get(..FEW).unwrap_or(self.finer);
-        Self { finer, ..*self }
+        let mut few = self.clone();
+        few.finer.truncate(FEW);
+        few
+    }
+
+    fn are_predictable(&self) -> bool {
+        !self.beyond && self.converge()
     }
 
     /// Returns the error bar.
-    pub(super) fn bar(&self, of: &Expectation, beyond: bool) -> ErrorBar {
-        let refined = if self.are_open(of, beyond) {
-            *self
+    pub(super) fn bar(&self) -> ErrorBar {
+        if self.kind == ValueKind::OfMethod {
+            return exact(self.kind);
+        }
+        let refined = if self.are_open() {
+            self.clone()
         } else {
             self.few()
         };
-        let is_predicted = !beyond && refined.converge(of) || self.perturbed.is_empty();
-        let (error, by) = match (of.has_numerical_error(), is_predicted) {
-            (false, _) => (None, ErrorSource::Refinement),
-            (true, true) => (refined.bound(of), ErrorSource::Refinement),
-            (true, false) => (self.deviation(of), ErrorSource::Ensemble),
+        let is_predictable = refined.are_predictable();
+        let by = if is_predictable || self.perturbed.is_empty() {
+            ErrorSource::Refinement
+        } else {
+            ErrorSource::Ensemble
         };
-        let own = self.finer.first().copied().flatten();
-        let is_within = match (own.and_then(|own| own.margin), error) {
-            (Some(margin), Some(error)) => margin.abs() < LEAST_MARGIN * error,
-            _ => false,
+        let error = match by {
+            _ if !self.kind.has_error() => None,
+            ErrorSource::Refinement => refined.bound(),
+            ErrorSource::Ensemble => refined.deviation(),
         };
+        // A plant that cannot be perturbed decides nothing that it does not predict.
+        let is_known = is_predictable || !self.perturbed.is_empty() || !self.kind.has_error();
         ErrorBar {
             error,
             error_by: error.map(|_| by),
-            decided: of.is_of_method() || refined.have_same_verdict(is_predicted) && !is_within,
+            decided: is_known && refined.have_same_verdict(by) && !self.is_within(error),
         }
     }
 
+    /// Whether the margin of the run itself is less than the least of a decided verdict.
+    fn is_within(&self, error: Option<f64>) -> bool {
+        let own = self.finer.first().and_then(Option::as_ref);
+        let margin = own.and_then(|own| own.margin);
+        margin
+            .zip(error)
+            .is_some_and(|(margin, error)| margin.abs() < LEAST_MARGIN * error)
+    }
+
     /// Returns the values at finer and finer settings; none unless all runs have one.
-    fn values(&self, of: &Expectation) -> Option<Vec<f64>> {
-        let values = self.finer.iter().map(|&run| compared(run?, of));
+    fn values(&self) -> Option<Vec<f64>> {
+        let values = self.finer.iter().map(|run| self.compared(run.as_ref()?));
         values.collect()
     }
 
     /// Returns whether the last difference of the values is as small as the method lets expect:
-    /// its ratio to the greatest one is between that of the method and one.
-    fn converge(&self, of: &Expectation) -> bool {
-        let Some(values) = self.values(of) else {
-            return false;
+    /// its ratio to the greatest one is between that of the method and one. A value that no run has
+    /// does not change.
+    fn converge(&self) -> bool {
+        let Some(values) = self.values() else {
+            let mut runs = self.finer.iter().flatten();
+            return runs.all(|run| self.compared(run).is_none());
         };
         let pairs = values.windows(2);
         let mut differences = pairs.map(|pair| (pair[0] - pair[1]).abs());
@@ -95,8 +120,8 @@ impl Runs<'_> {
     }
 
     /// Returns the bound of the error by refinement.
-    fn bound(&self, of: &Expectation) -> Option<f64> {
-        let values = self.values(of)?;
+    fn bound(&self) -> Option<f64> {
+        let values = self.values()?;
         let (&finest, coarser) = values.split_last()?;
         let distance = |value: Option<&f64>| Some((value? - finest).abs());
         let [first, last] = [coarser.first(), coarser.last()].map(distance);
@@ -105,11 +130,11 @@ impl Runs<'_> {
 
     /// Returns the error by the root mean square deviation of the runs from perturbed starts, or by
     /// the greatest of the finer ones.
-    fn deviation(&self, of: &Expectation) -> Option<f64> {
-        let values = self.values(of)?;
+    fn deviation(&self) -> Option<f64> {
+        let values = self.values()?;
         let (own, finer) = values.split_first()?;
-        let squares = self.perturbed.iter().map(|&run| {
-            let distance = compared(run?, of)? - own;
+        let squares = self.perturbed.iter().map(|run| {
+            let distance = self.compared(run.as_ref()?)? - own;
             Some(distance * distance)
         });
         let sum: Option<f64> = squares.sum();
@@ -118,24 +143,24 @@ impl Runs<'_> {
         Some(OF_DEVIATION * finer.fold(deviation, f64::max))
     }
 
-    /// Returns whether the finer runs and, of a value that is not `predicted`, those from perturbed
-    /// starts have the same verdict.
-    fn have_same_verdict(&self, predicted: bool) -> bool {
-        let perturbed = self.perturbed.iter().filter(|_| !predicted);
+    /// Returns whether finer runs and, of an ensemble, those from perturbed starts have the same
+    /// verdict.
+    fn have_same_verdict(&self, by: ErrorSource) -> bool {
+        let perturbed = self.perturbed.iter();
+        let perturbed = perturbed.filter(|_| by == ErrorSource::Ensemble);
         let runs = self.finer.iter().chain(perturbed);
-        let mut verdicts = runs.map(|run| run.map(|run| run.verdict));
+        let mut verdicts = runs.map(|run| run.as_ref().map(|run| run.verdict));
         let first = verdicts.next();
         verdicts.all(|verdict| Some(verdict) == first)
     }
-}
 
-/// Returns the number of a run that others are compared with: the measured value, or the margin
-/// where legs, footsteps or instants compete for the least one. Of those the value jumps where
-/// another one wins, the margin does not.
-fn compared(run: &RowExpectation, of: &Expectation) -> Option<f64> {
-    if of.is_of_one_number() || run.verdict == ExpectationVerdict::Unobserved {
-        run.measured
-    } else {
-        run.margin
+    /// Returns the number of a run that others are compared with: the measured value, or the margin
+    /// where legs, footsteps or instants compete for the least one. Of those the value jumps where
+    /// another one wins, the margin does not.
+    fn compared(&self, run: &RowExpectation) -> Option<f64> {
+        match (self.kind, run.verdict) {
+            (ValueKind::Single, _) | (_, ExpectationVerdict::Unobserved) => run.measured,
+            _ => run.margin,
+        }
     }
 }

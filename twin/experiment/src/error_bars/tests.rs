@@ -61,16 +61,15 @@ fn bar_of(
     perturbed: &[Option<f64>],
     beyond: bool,
 ) -> (ErrorBar, bool) {
-    let rows = |margins: &[Option<f64>]| -> Vec<RowExpectation> {
-        margins.iter().copied().map(ran).collect()
-    };
-    let [finer, perturbed] = [rows(finer), rows(perturbed)];
+    let rows = |margins: &[Option<f64>]| margins.iter().map(|&margin| Some(ran(margin))).collect();
     let runs = Runs {
-        finer: &finer.iter().map(Some).collect::<Vec<_>>(),
-        perturbed: &perturbed.iter().map(Some).collect::<Vec<_>>(),
+        kind: of.value_kind(),
+        beyond,
+        finer: rows(finer),
+        perturbed: rows(perturbed),
         ratio,
     };
-    (runs.bar(of, beyond), runs.are_open(of, beyond))
+    (runs.bar(), runs.are_open())
 }
 
 fn refined(of: &Expectation, margins: [f64; 3]) -> ErrorBar {
@@ -92,6 +91,8 @@ fn error_covers_the_limit_of_a_geometric_sequence() {
             let [_, second, third] = margins;
             let (bar, is_open) = bar_of(of, ratio, &[second, second, third], &[], false);
             assert!(bar.error.unwrap() > 1e-3 * ratio && is_open);
+            // A plant that cannot be perturbed leaves it open.
+            assert!(!bar.decided && bar.error_by == Some(ErrorSource::Refinement));
         }
     }
 }
@@ -133,8 +134,8 @@ fn counts_have_no_error_but_verdicts() {
 fn unobserved_values_have_no_error() {
     let [slip, speed, ..] = &expectations();
     for of in [slip, speed] {
-        let never = bar_of(of, 0.1, &[None; 3], &[], false).0;
-        assert_eq!((never.error, never.decided), (None, true));
+        let (never, is_open) = bar_of(of, 0.1, &[None; 3], &[], false);
+        assert_eq!((never.error, never.decided, is_open), (None, true, false));
         let now_and_then = bar_of(of, 0.1, &[Some(0.5), None, None], &[], false).0;
         assert_eq!((now_and_then.error, now_and_then.decided), (None, false));
     }
@@ -149,14 +150,16 @@ fn number_of_a_run_is_compared_by_its_value() {
         margin: Some(0.5 - (measured - 0.5).abs()),
         ..ran(Some(0.0))
     };
-    let rows = [0.51, 0.49, 0.49].map(middle);
+    let rows = [0.51, 0.49, 0.49].map(|measured| Some(middle(measured)));
     let error = |of: &Expectation| {
         let runs = Runs {
-            finer: &rows.each_ref().map(Some),
-            perturbed: &[],
+            kind: of.value_kind(),
+            beyond: false,
+            finer: rows.to_vec(),
+            perturbed: Vec::new(),
             ratio: 0.1,
         };
-        runs.bar(of, false).error.unwrap()
+        runs.bar().error.unwrap()
     };
     assert!((error(speed) - 0.03).abs() < 1e-12);
     assert!(error(slip) < 1e-12);

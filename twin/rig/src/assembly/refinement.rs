@@ -71,3 +71,91 @@ impl<'r> Assembly<'r> {
         Ok(Some(Refined { assembly, ratio }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use twinrig_scenario::{PlantSpec, Setting};
+
+    use super::*;
+    use crate::registry::Registry;
+
+    /// A scenario with settings, and the plant table of its refinement; none without one.
+    fn refined(file: &str, settings: &[(&str, &str)], times: u32) -> Option<(PlantSpec, f64)> {
+        let registry = Registry::standard();
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios");
+        let settings: Vec<Setting> = settings
+            .iter()
+            .map(|&(key, value)| Setting {
+                origin: "the test".to_owned(),
+                key: key.to_owned(),
+                value: value.to_owned(),
+            })
+            .collect();
+        let builder = Assembly::builder(&registry).settings(&settings);
+        let assembly = builder.file(&path.join(file)).unwrap();
+        let refined = assembly.refined(times).unwrap()?;
+        let plant = refined.assembly.scenario().plant.clone();
+        Some((plant, refined.ratio))
+    }
+
+    fn tolerance(plant: &PlantSpec) -> Option<f64> {
+        plant.options.number(TOLERANCE)
+    }
+
+    #[test]
+    fn tolerance_and_step_are_divided() {
+        let micros = SimDuration::from_micros;
+        // Of the scenario, of the defaults of the constraints, of a method without tolerance.
+        let own = [
+            ("plant.tolerance", "\"1e-5 m\""),
+            ("plant.step", "\"1 ms\""),
+        ];
+        let lcp = [("plant.model", "\"lcp\""), ("plant.step", "\"1 ms\"")];
+        let rigid = [
+            ("plant.constraints", "\"rigid\""),
+            ("plant.step", "\"1 ms\""),
+        ];
+        for (file, settings, expected, ratio) in [
+            ("trot.toml", &own[..], Some(1e-5), 0.1),
+            ("trot.toml", &lcp, Some(4e-6), 0.1),
+            ("leg-drop.toml", &lcp[1..], Some(3e-7), 0.1),
+            ("trot.toml", &rigid, None, 0.5),
+        ] {
+            for times in [1, 2, 3] {
+                let (plant, found) = refined(file, settings, times).unwrap();
+                assert_eq!(plant.step, Some(micros(1000) / 2_u64.pow(times)), "{file}");
+                let expected = expected.map(|it| it / 10_u64.pow(times) as f64);
+                let apart = tolerance(&plant).zip(expected).map(|(a, b)| a / b - 1.0);
+                assert_eq!(tolerance(&plant).is_some(), expected.is_some(), "{file}");
+                assert!(apart.is_none_or(|apart| apart.abs() < 1e-12), "{file}");
+                assert!((found - ratio).abs() < 1e-15, "{file}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn grid_of_a_coupling_is_refined_and_closed_forms_are_not() {
+        let grid = [("plant.coupling", "{ grid = \"2 ms\" }")];
+        let (plant, ratio) = refined("trot.toml", &grid, 1).unwrap();
+        let Coupling::Grid { step, .. } = plant.coupling else {
+            panic!("{:?}", plant.coupling);
+        };
+        // The error of the coupling is of first order.
+        assert_eq!((step, ratio), (SimDuration::from_millis(1), 0.5));
+        assert!(refined("first-contact.toml", &[], 1).is_none());
+    }
+
+    #[test]
+    fn step_of_a_bench_is_its_own_substep() {
+        let (servo, _) = refined("servo.toml", &[], 1).unwrap();
+        let coarse = refined("servo.toml", &[("plant.step", "\"10 ms\"")], 1)
+            .unwrap()
+            .0;
+        assert_eq!(servo.step, coarse.step);
+        assert!(servo.step.unwrap() <= SimDuration::from_micros(500));
+        let (bench, _) = refined("bench.toml", &[], 2).unwrap();
+        assert_eq!(bench.step, Some(twinrig_bench::STEP / 4));
+    }
+}
