@@ -180,13 +180,13 @@ fn check_order_conditions((nodes, rows, error): Table<'_>, blind: &[usize]) {
 
 #[test]
 fn weights_satisfy_the_order_conditions() {
+    use three_eighths as peer;
     let own: Table<'_> = (
         own::NODES,
         [&[], &own::SECOND, &own::THIRD, &own::FOURTH, &own::MEAN],
         own::ERROR,
     );
     check_order_conditions(own, &[]);
-    use three_eighths as peer;
     let peer: Table<'_> = (
         peer::NODES,
         [&[], &peer::SECOND, &peer::THIRD, &peer::FOURTH, &peer::MEAN],
