@@ -6,7 +6,7 @@ use std::path::Path;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_lcp::{Lcp, Method};
-use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
 use twinrig_massless::{Force, Massless};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
@@ -30,6 +30,7 @@ fn setup(robot: &Robot) -> Setup {
             hip: motors.hip,
             knee: motors.knee,
         },
+        abduction: Abduction::Locked,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use twinrig::Registry;
 use twinrig::kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig::runtime::Plant;
-use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
 use twinrig_testing::robots::{LEGS, SERVO, robot};
 use twinrig_tests::TrotFixture;
 
@@ -24,6 +24,7 @@ fn setup(fall: f64) -> Setup {
             hip: SERVO,
             knee: SERVO,
         },
+        abduction: Abduction::Locked,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

@@ -2,7 +2,7 @@
 
 use twinrig_legged::{DriveModels, StepInputs};
 
-use crate::lanes::{Lanes, Quad, Simd};
+use crate::lanes::{LANES, Lanes, Quad, Simd};
 
 /// Set-points of the drives: values at the begin of a step, and their rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Commands<T> {
     pub knee: [T; 2],
     /// Damping of hip and pulley motors \[N·m·s/rad\].
     pub damping: [T; 2],
+    /// Angle of abduction \[rad\], and rate; without effect on legs that do not abduct.
+    pub abduction: [T; 2],
 }
 
 impl Commands<Quad> {
@@ -23,6 +25,7 @@ impl Commands<Quad> {
             hip: zero,
             knee: zero,
             damping: zero,
+            abduction: zero,
         }
     }
 
@@ -34,8 +37,14 @@ impl Commands<Quad> {
         references: &[f64],
         inputs: &StepInputs<'_>,
     ) {
+        let of_drives = references.len() * drives.map_or(0, DriveModels::inputs);
+        let abduction = inputs.start.iter().zip(inputs.rates).skip(of_drives);
+        for (leg, (&start, &rate)) in abduction.enumerate().take(LANES) {
+            (self.abduction[0].0[leg], self.abduction[1].0[leg]) = (start, rate);
+        }
         if let Some(DriveModels::Motors(motors)) = drives {
-            for (leg, input) in inputs.start.chunks_exact(4).enumerate() {
+            let inputs = inputs.start.chunks_exact(4).zip(references);
+            for (leg, (input, _)) in inputs.enumerate() {
                 let hip = motors.hip.line(input[0], input[1]);
                 let knee = motors.knee.line(input[2], input[3]);
                 (self.hip[0].0[leg], self.damping[0].0[leg]) = (hip.torque, hip.damping);
@@ -53,8 +62,9 @@ impl Commands<Quad> {
 
     /// Returns whether the set-points are held over the step.
     pub fn are_held(&self) -> bool {
-        let [[_, hip], [_, knee]] = [self.hip, self.knee];
-        hip.0.iter().chain(&knee.0).all(|rate| *rate == 0.0)
+        let [[_, hip], [_, knee], [_, abduction]] = [self.hip, self.knee, self.abduction];
+        let rates = hip.0.iter().chain(&knee.0).chain(&abduction.0);
+        rates.into_iter().all(|rate| *rate == 0.0)
     }
 
     /// Returns whether the commands begin where others end, up to rounding errors of a ramp.
@@ -69,6 +79,7 @@ impl Commands<Quad> {
             && is_near(&self.knee[0], &end.knee[0])
             && is_near(&self.damping[0], &end.damping[0])
             && is_near(&self.damping[1], &end.damping[1])
+            && is_near(&self.abduction[0], &end.abduction[0])
     }
 
     /// Returns the set-points after some time, at rest.
@@ -82,6 +93,7 @@ impl Commands<Quad> {
             hip: end(self.hip),
             knee: end(self.knee),
             damping: self.damping,
+            abduction: end(self.abduction),
         }
     }
 
@@ -92,6 +104,7 @@ impl Commands<Quad> {
             hip: simd.load_all(&self.hip),
             knee: simd.load_all(&self.knee),
             damping: simd.load_all(&self.damping),
+            abduction: simd.load_all(&self.abduction),
         }
     }
 }
@@ -104,5 +117,11 @@ impl<L: Lanes> Commands<L> {
             self.hip[0] + self.hip[1] * time,
             self.knee[0] + self.knee[1] * time,
         ]
+    }
+
+    /// Returns the set-points of abduction at a time.
+    #[inline(always)]
+    pub fn abduction_at(&self, time: f64) -> L {
+        self.abduction[0] + self.abduction[1] * time
     }
 }

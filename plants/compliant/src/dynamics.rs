@@ -78,6 +78,15 @@ impl<E: Equations> Readings for Flow<E> {
         self.mean(|sums| &sums.cable, leg)
     }
 
+    fn abduction(&self, leg: usize) -> f64 {
+        let joints = self.equations.abduction(&self.state);
+        joints.map_or(0.0, |joints| joints.angle.0[leg])
+    }
+
+    fn abduction_torque(&self, leg: usize) -> f64 {
+        Self::abduction_torque(self, leg)
+    }
+
     fn angles(&self, leg: usize) -> [f64; 3] {
         self.equations.angles(&self.state, leg)
     }
@@ -104,7 +113,14 @@ impl<E: Equations> Dynamics for Flow<E> {
     }
 
     fn initial_inputs(&self, inputs: &mut [f64]) {
-        if let Some(DriveModels::Motors(_)) = self.equations.drives() {
+        let drives = self.equations.drives();
+        let legs = self.equations.hip_references().len();
+        let of_drives = legs * drives.map_or(0, DriveModels::inputs);
+        let (inputs, abduction) = inputs.split_at_mut(of_drives.min(inputs.len()));
+        for (leg, input) in abduction.iter_mut().enumerate() {
+            *input = Readings::abduction(self, leg);
+        }
+        if let Some(DriveModels::Motors(_)) = drives {
             inputs.fill(0.0);
             return;
         }

@@ -22,8 +22,12 @@ pub const INSIDE_NAMES: [&str; INSIDE] = [
 ];
 /// Index of the foot.
 pub const GROUND: usize = INSIDE;
-/// Number of elements of a leg; the last is one of the plant.
-pub const ELEMENTS: usize = INSIDE + 2;
+/// Index of an element of the plant.
+pub const OWN: usize = INSIDE + 1;
+/// Index of the stops of abduction.
+pub const ABDUCTION: usize = INSIDE + 2;
+/// Number of elements of a leg.
+pub const ELEMENTS: usize = INSIDE + 3;
 
 /// Depths and rates of the elements of all legs.
 #[derive(Debug, Clone, Copy)]

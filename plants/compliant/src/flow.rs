@@ -76,6 +76,19 @@ pub struct DriveState {
     pub pulley_rate: Quad,
 }
 
+/// Motion of the joints of abduction of all legs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct AbductionState {
+    /// Angle \[rad\].
+    pub angle: Quad,
+    /// Its rate \[rad/s\].
+    pub rate: Quad,
+    /// Integral of the torque of the drives on the legs since the start \[N·m·s\].
+    pub impulse: Quad,
+    /// Inertia of a drive \[kg·m²\].
+    pub inertia: f64,
+}
+
 /// Everything that a step changes, in memory.
 #[derive(Debug)]
 pub struct Step<'a, E: Equations> {
@@ -157,6 +170,11 @@ pub trait Equations: Clone + Send {
     /// Returns the motion of first links and pulleys.
     fn driven(&self, state: &Self::State) -> DriveState;
 
+    /// Returns the motion of the joints of abduction, if legs have them.
+    fn abduction(&self, _state: &Self::State) -> Option<AbductionState> {
+        None
+    }
+
     /// Returns the absolute angles of the three segments of a leg \[rad\].
     fn angles(&self, state: &Self::State, leg: usize) -> [f64; 3];
 
@@ -237,6 +255,7 @@ pub struct Flow<E: Equations> {
     /// Sums, and rates of hip and pulley, before the last step, and its duration \[s\].
     sums_before: Flows<Quad>,
     rates_before: [Quad; 2],
+    abduction_before: Option<AbductionState>,
     step_seconds: f64,
     features: Features,
     /// Energy of the rotors at the start \[J\].
@@ -252,6 +271,7 @@ pub struct SavedCompliant {
     ledger: Ledger,
     rotors_at_start: f64,
     step_seconds: f64,
+    abduction_before: Option<AbductionState>,
 }
 
 impl<E: Equations> Flow<E> {
@@ -268,6 +288,10 @@ impl<E: Equations> Flow<E> {
         if !matches!(equations.laws(), DriveLaws::Motors(_)) {
             (commands.hip[0], commands.knee[0]) = (hip, pulley);
         }
+        let abduction = equations.abduction(&state);
+        if let Some(joints) = &abduction {
+            commands.abduction[0] = joints.angle;
+        }
         let stored = equations.stored(features, &state);
         let mut flow = Self {
             equations,
@@ -281,6 +305,7 @@ impl<E: Equations> Flow<E> {
             load: StepLoad::default(),
             sums_before: Flows::zero(),
             rates_before: [hip_rate, pulley_rate],
+            abduction_before: abduction,
             step_seconds: 0.0,
             features,
             rotors_at_start: 0.0,
@@ -343,6 +368,7 @@ impl<E: Equations> Flow<E> {
         self.sums_before = sums;
         let before = self.equations.driven(&state);
         self.rates_before = [before.hip_rate, before.pulley_rate];
+        self.abduction_before = self.equations.abduction(&state);
         self.step_seconds = seconds;
         Ok(())
     }
@@ -391,7 +417,11 @@ impl<E: Equations> Flow<E> {
         let [hip, knee] = self.equations.laws().inertias();
         let driven = self.equations.driven(&self.state);
         let squares = |quad: Quad| quad.0.iter().map(|rate| rate * rate).sum::<f64>();
-        0.5 * (hip * squares(driven.hip_rate) + knee * squares(driven.pulley_rate))
+        let drives = hip * squares(driven.hip_rate) + knee * squares(driven.pulley_rate);
+        match self.equations.abduction(&self.state) {
+            Some(joints) => 0.5 * (drives + joints.inertia * squares(joints.rate)),
+            None => 0.5 * drives,
+        }
     }
 
     /// Returns kinetic, spring and gravity energy \[J\].
@@ -428,6 +458,18 @@ impl<E: Equations> Flow<E> {
         inertia * self.per_step(rate.0[leg] - self.rates_before[1].0[leg])
     }
 
+    /// Returns the mean torque of the drive of abduction in the last step \[N·m\].
+    pub(crate) fn abduction_torque(&self, leg: usize) -> f64 {
+        let now = self.equations.abduction(&self.state);
+        let (Some(before), Some(now)) = (&self.abduction_before, &now) else {
+            return 0.0;
+        };
+        let change = |of: fn(&AbductionState) -> &Quad| of(now).0[leg] - of(before).0[leg];
+        self.per_step(
+            change(|joints| &joints.impulse) + now.inertia * change(|joints| &joints.rate),
+        )
+    }
+
     #[inline]
     fn per_step(&self, change: f64) -> f64 {
         if self.step_seconds > 0.0 {
@@ -459,6 +501,7 @@ impl<E: Equations> Flow<E> {
             &mut self.commands.hip,
             &mut self.commands.knee,
             &mut self.commands.damping,
+            &mut self.commands.abduction,
             &mut self.rates_before,
         ] {
             *pair = pair.map(&mut pass);
@@ -476,6 +519,7 @@ impl<E: Equations> Flow<E> {
             ledger: self.ledger,
             rotors_at_start: self.rotors_at_start,
             step_seconds: self.step_seconds,
+            abduction_before: self.abduction_before,
         }
     }
 
@@ -492,6 +536,7 @@ impl<E: Equations> Flow<E> {
         self.control = saved.control;
         (self.ledger, self.rotors_at_start) = (saved.ledger, saved.rotors_at_start);
         self.step_seconds = saved.step_seconds;
+        self.abduction_before = saved.abduction_before;
         (self.slope, self.load) = (None, StepLoad::default());
         if saved.slope_known {
             self.update_slope();

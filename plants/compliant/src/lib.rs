@@ -47,6 +47,7 @@
     reason = "code with wider registers has to be inlined into the function that enables them"
 )]
 
+mod abduction;
 mod commands;
 mod dynamics;
 mod element;
@@ -63,9 +64,12 @@ mod rk4;
 mod servo;
 pub mod stop;
 
+pub use abduction::{AbductionConstants, AbductionJoints, LegFrame, Resistance};
 pub use commands::Commands;
 pub use element::{Element, Press};
-pub use flow::{DriveState, Equations, Flow, FlowError, SavedCompliant, Step, TrunkState};
+pub use flow::{
+    AbductionState, DriveState, Equations, Flow, FlowError, SavedCompliant, Step, TrunkState,
+};
 pub use flows::Flows;
 pub use friction::{Approach, Grip, Sole};
 pub use ground::{Below, Footforce, Point, TrunkMotion, broadcast};

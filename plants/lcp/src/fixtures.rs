@@ -2,7 +2,7 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Base, Drives, Ledger, SetPoint, Setup, StartPose};
+use twinrig_legged::{Abduction, Base, Drives, Ledger, SetPoint, Setup, StartPose};
 use twinrig_robot::{Robot, RobotFile};
 
 use crate::constraints::motion::Motion;
@@ -53,6 +53,7 @@ pub(crate) fn flow<const N: usize>(
         ground,
         step: SimDuration::from_millis(2),
         drives,
+        abduction: Abduction::Locked,
         set_point: SetPoint::Held,
         start: StartPose {
             q: angles.map(f64::to_radians),

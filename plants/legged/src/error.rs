@@ -53,10 +53,28 @@ pub enum LeggedError {
     /// Invalid servo parameters.
     #[error("{drive} servo: {why}")]
     Servo {
-        /// `hip` or `knee`.
+        /// `hip`, `knee` or `abduction`.
         drive: &'static str,
         /// Cause.
         why: ServoError,
+    },
+    /// A leg has no joint of abduction.
+    #[error(
+        "leg {leg} has no joint of abduction: add `[leg.….abduction]` to the robot file, or choose \
+         `abduction = \"locked\"`"
+    )]
+    NoAbduction {
+        /// Name of the leg.
+        leg: String,
+    },
+    /// The plant locks the joints of abduction.
+    #[error(
+        "{plant} has no joints of abduction: choose `abduction = \"locked\"`, or `model = \"lcp\"` with \
+         compliant constraints and without a toe joint"
+    )]
+    AbductionLocked {
+        /// The plant.
+        plant: &'static str,
     },
     /// Invalid motor parameters.
     #[error("{drive} motor: {why}")]

@@ -9,7 +9,7 @@
 //! use std::path::Path;
 //! use twinrig_kernel::SimDuration;
 //! use twinrig_robot::leg::Pantograph;
-//! use twinrig_legged::{Base, Drives, SetPoint, Setup, Signals, StartPose};
+//! use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Signals, StartPose};
 //! use twinrig_robot::RobotFile;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let robot = RobotFile::find("cheetah-cub", Path::new(""))?.robot()?;
@@ -19,6 +19,7 @@
 //!     ground: None,
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::None,
+//!     abduction: Abduction::Locked,
 //!     set_point: SetPoint::Held,
 //!     start: StartPose { q: [0.2, -0.1, 0.1], rates: [0.0; 3] }.into(),
 //! };
@@ -70,7 +71,7 @@ pub use push::{Push, PushShape, PushTarget};
 pub use push_schedule::PushSchedule;
 pub use readings::{FootMotion, Readings, surfaces_below};
 pub use segment::Segment;
-pub use setup::{Base, DriveModels, Drives, Motors, Servos, Setup};
+pub use setup::{Abduction, Base, DriveModels, Drives, Motors, Servos, Setup};
 pub use signals::Signals;
 pub use slide::{TangentialImpulse, taken_by_friction};
 pub use start::{LegStart, Start, StartPose};

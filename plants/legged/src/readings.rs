@@ -61,6 +61,18 @@ pub trait Readings {
     /// Returns the tension of the cable, mean over the last step \[N\].
     fn cable_tension(&self, leg: usize) -> f64;
 
+    /// Returns the angle of abduction, positive to the left \[rad\]; called only of legs with such a
+    /// joint.
+    fn abduction(&self, _leg: usize) -> f64 {
+        0.0
+    }
+
+    /// Returns the torque of its drive on the leg, mean over the last step \[N·m\]; called only of
+    /// legs with such a joint.
+    fn abduction_torque(&self, _leg: usize) -> f64 {
+        0.0
+    }
+
     /// Returns the absolute angles of the three segments in the leg plane, zero pointing straight
     /// down \[rad\].
     fn angles(&self, leg: usize) -> [f64; 3];

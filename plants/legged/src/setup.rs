@@ -66,6 +66,29 @@ impl Drives {
     }
 }
 
+/// Joints of hip abduction.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Abduction {
+    /// Locked at zero: legs move in planes along the trunk.
+    Locked,
+    /// Joints without drives.
+    Passive,
+    /// Joints with servos without limits, which lag by one control period.
+    Ideal {
+        /// The control period \[s\].
+        period: f64,
+    },
+    /// Joints with servos of these parameters.
+    Servos(twinrig_robot::Servo),
+}
+
+impl Abduction {
+    /// Returns whether the joints have servos, each with a command as input.
+    pub const fn is_driven(&self) -> bool {
+        matches!(self, Self::Ideal { .. } | Self::Servos(_))
+    }
+}
+
 /// Servos of each leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Servos {
@@ -108,6 +131,14 @@ pub enum DriveModels {
 }
 
 impl DriveModels {
+    /// Returns the number of inputs of a leg.
+    pub const fn inputs(&self) -> usize {
+        match self {
+            Self::Servos(_) => 2,
+            Self::Motors(_) => 4,
+        }
+    }
+
     /// Returns the inertias of the drives about hip and pulley \[kg·m²\].
     pub fn inertias(&self) -> [f64; 2] {
         match self {
@@ -130,6 +161,8 @@ pub struct Setup {
     pub step: SimDuration,
     /// Drives of the joints.
     pub drives: Drives,
+    /// Joints of hip abduction.
+    pub abduction: Abduction,
     /// Course of the set-points of servos between commands; without effect on motors.
     pub set_point: SetPoint,
     /// Initial state of the legs.
@@ -189,6 +222,51 @@ impl Setup {
             mount.leg.compliance.ok_or(LeggedError::Compliance { leg })
         };
         mounts.map(compliance).collect()
+    }
+
+    /// Returns the selected legs, which have joints of abduction.
+    ///
+    /// # Errors
+    /// As [`Self::selected_mounts`], and [`LeggedError::NoAbduction`].
+    pub fn abducting_mounts<'r>(&self, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
+        let mounts = self.selected_mounts(robot)?;
+        match mounts.iter().find(|mount| mount.leg.abduction.is_none()) {
+            Some(mount) => Err(LeggedError::NoAbduction {
+                leg: mount.name.clone(),
+            }),
+            None => Ok(mounts),
+        }
+    }
+
+    /// Checks that the joints of abduction are locked, as `plant` requires.
+    ///
+    /// # Errors
+    /// [`LeggedError::AbductionLocked`].
+    pub fn check_locked(&self, plant: &'static str) -> Result<(), LeggedError> {
+        match self.abduction {
+            Abduction::Locked => Ok(()),
+            _ => Err(LeggedError::AbductionLocked { plant }),
+        }
+    }
+
+    /// Returns the validated servos of abduction, if any. Ideal ones have the inertia of the robot's
+    /// servos.
+    ///
+    /// # Errors
+    /// [`LeggedError::Servo`].
+    pub fn abduction_servo(&self, robot: &Robot) -> Result<Option<PositionServo>, LeggedError> {
+        let servo = match &self.abduction {
+            Abduction::Locked | Abduction::Passive => return Ok(None),
+            Abduction::Ideal { period } => {
+                let inertia = robot.actuators.abduction.map_or(0.0, |servo| servo.inertia);
+                PositionServo::ideal(*period, inertia)
+            }
+            Abduction::Servos(servo) => PositionServo::new(servo),
+        };
+        let drive = "abduction";
+        servo
+            .map(Some)
+            .map_err(|why| LeggedError::Servo { drive, why })
     }
 
     /// Returns the validated drives, if any. Ideal ones have the inertia of the robot's servos.

@@ -7,7 +7,7 @@ use twinrig_runtime::PlantFault;
 
 use crate::LEGS;
 use crate::readings::{FootMotion, Readings};
-use crate::setup::{Drives, Setup};
+use crate::setup::{Abduction, Drives, Setup};
 use crate::window::Window;
 
 /// Motion of the trunk, in the order of [`signal::BODY`].
@@ -36,9 +36,11 @@ enum LegSignal {
     FootLoad,
     FootForce,
     FootClearance,
+    AbductionPosition,
+    AbductionTorque,
 }
 
-const LEG: [LegSignal; 13] = [
+const LEG: [LegSignal; 15] = [
     LegSignal::HipPosition,
     LegSignal::HipRate,
     LegSignal::HipTorque,
@@ -52,6 +54,8 @@ const LEG: [LegSignal; 13] = [
     LegSignal::FootLoad,
     LegSignal::FootForce,
     LegSignal::FootClearance,
+    LegSignal::AbductionPosition,
+    LegSignal::AbductionTorque,
 ];
 
 /// Measurements available only with ground.
@@ -72,6 +76,9 @@ const OF_DRIVES: [LegSignal; 4] = [
 /// Measurements available only if the drives have motors: their torque depends on the rate.
 const OF_MOTORS: [LegSignal; 2] = [LegSignal::HipRate, LegSignal::KneeRate];
 
+/// Measurements available only with joints of abduction.
+const OF_ABDUCTION: [LegSignal; 2] = [LegSignal::AbductionPosition, LegSignal::AbductionTorque];
+
 /// Inputs and selected measurements of a plant, in the order of the ports.
 #[derive(Debug, Clone)]
 pub struct Signals {
@@ -91,6 +98,8 @@ impl Signals {
     /// - drives: inputs (the command of a servo, or voltage and bridge of a motor), torques, knee
     ///   positions and cable tensions;
     /// - motors, also those of serial servos: rates of hip and knee;
+    /// - joints of abduction: their angles and torques, and with servos their commands, which follow
+    ///   the other inputs;
     /// - ground: loads, forces and clearances of the feet.
     pub fn new(legs: &[&str], setup: &Setup, selected: &dyn Fn(&str) -> bool) -> Self {
         let (ground, drives) = (setup.ground.is_some(), setup.drives != Drives::None);
@@ -103,6 +112,11 @@ impl Signals {
                 }
             }
         }
+        if setup.abduction.is_driven() {
+            let name = |leg: &&str| signal::command(leg, "abduction");
+            let commands = legs.iter().map(name);
+            ports.extend(commands.map(|name| Port::input(name, Unit::Radian, 1)));
+        }
         let mut select = |exists: bool, port: Port| {
             let is_selected = exists && selected(&port.name);
             if is_selected {
@@ -113,10 +127,12 @@ impl Signals {
         let body = signal::BODY.map(|standard| select(true, standard.output()));
         let energy = signal::ENERGY.map(|standard| select(true, standard.output()));
         let motors = setup.drives.have_motors();
+        let abduction = setup.abduction != Abduction::Locked;
         let exists = |signal: &LegSignal| {
             (ground || !ON_GROUND.contains(signal))
                 && (drives || !OF_DRIVES.contains(signal))
                 && (motors || !OF_MOTORS.contains(signal))
+                && (abduction || !OF_ABDUCTION.contains(signal))
         };
         let of_leg = |leg: &&str| {
             LEG.map(|signal| {
@@ -134,7 +150,8 @@ impl Signals {
         }
     }
 
-    /// Returns the ports: inputs of hip and knee, leg by leg; then the measurements.
+    /// Returns the ports: inputs of hip and knee, leg by leg, those of abduction; then the
+    /// measurements.
     pub fn ports(&self) -> &[Port] {
         &self.ports
     }
@@ -249,6 +266,8 @@ impl Signals {
             if let Some(surface) = surface {
                 outputs.put_if(selected(S::FootClearance), || [surface.gap]);
             }
+            outputs.put_if(selected(S::AbductionPosition), || [of.abduction(leg)]);
+            outputs.put_if(selected(S::AbductionTorque), || [of.abduction_torque(leg)]);
         }
     }
 }

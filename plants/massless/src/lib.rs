@@ -8,7 +8,7 @@
 //! ```
 //! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_legged::{Base, Drives, SetPoint, Setup, Start};
+//! use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
 //! use twinrig_massless::{Force, Massless, Options};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -20,6 +20,7 @@
 //!     ground: None,
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::Ideal { period: 2e-3 },
+//!     abduction: Abduction::Locked,
 //!     set_point: SetPoint::Held,
 //!     start: Start::default(),
 //! };

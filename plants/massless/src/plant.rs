@@ -30,6 +30,7 @@ impl FromRobot for dyn Formulation {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MasslessError> {
+        options.setup.check_locked("`massless`")?;
         Ok(match options.constraints {
             Constraints::Rigid => Islands::from_robot(robot, options)?,
             Constraints::Compliant => Box::new(compliant::initial(robot, options)?),
@@ -58,6 +59,7 @@ impl FromRobot for Islands {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MasslessError> {
+        options.setup.check_locked("`massless`")?;
         let flows = islands(robot, options)?
             .iter()
             .map(|island| {

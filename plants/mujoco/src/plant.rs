@@ -38,6 +38,7 @@ impl FromRobot for Flow {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MujocoError> {
+        options.setup.check_locked("`mujoco`")?;
         Self::new(robot, options).map(Box::new)
     }
 }

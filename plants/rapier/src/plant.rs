@@ -35,6 +35,7 @@ impl FromRobot for Machine {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, RapierError> {
+        options.setup.check_locked("`rapier`")?;
         Self::new(robot, options).map(Box::new)
     }
 }

@@ -38,6 +38,7 @@ impl Leg {
             },
             pulley_radius: 0.025,
             toe: None,
+            abduction: None,
             compliance: Some(Compliance {
                 stops: OneSided {
                     stiffness: 100e3,

@@ -140,8 +140,27 @@ record! {
         pub pulley_radius: f64 = quantity(Unit::Meter, ranges::LENGTH),
         /// Foot segment beyond the toe joint, if the robot has one.
         pub toe: Option<Toe> = Optional(Toe::TYPE),
+        /// Joint of abduction between trunk and hip, if the robot has one.
+        pub abduction: Option<Abduction> = Optional(Abduction::TYPE),
         /// Compliance of stops, cable and sole, if known; rigid constraints do not need it.
         pub compliance: Option<Compliance> = Optional(Compliance::TYPE),
+    }
+}
+
+record! {
+    /// Joint of hip abduction: the plane of the leg turns about an axis along the trunk.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Abduction = "abduction" {
+        /// Distance of the axis from the hip towards the middle of the trunk \[m\].
+        pub offset: f64 = quantity(Unit::Meter, ranges::PLACE),
+        /// Height of the axis above the hip \[m\].
+        pub height: f64 = quantity(Unit::Meter, ranges::PLACE),
+        /// Greatest angle outwards \[rad\].
+        pub abduction_max: f64 = quantity(Unit::Radian, ranges::ABDUCTION),
+        /// Greatest angle inwards \[rad\].
+        pub adduction_max: f64 = quantity(Unit::Radian, ranges::ABDUCTION),
+        /// Viscous friction \[N·m·s/rad\].
+        pub friction: f64 = quantity(Unit::NewtonMeterSecondPerRadian, ranges::JOINT_FRICTION),
     }
 }
 

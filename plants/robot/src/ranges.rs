@@ -39,6 +39,8 @@ pub(crate) const KNEE: Range = Range {
     min: Bound::Excluded(0.0),
     max: Bound::Excluded(PI),
 };
+/// Greatest angle of abduction \[rad\].
+pub(crate) const ABDUCTION: Range = Range::between(0.0, PI / 2.0);
 /// Angle of an unloaded foot \[rad\].
 pub(crate) const REST: Range = Range::between(-PI, PI);
 /// Coulomb coefficient \[1\].

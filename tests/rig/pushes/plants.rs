@@ -5,7 +5,9 @@ use std::path::Path;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_lcp::{Constraints, Features, Lcp, Method};
-use twinrig_legged::{Base, Drives, Push, PushShape, PushTarget, SetPoint, Setup, StartPose};
+use twinrig_legged::{
+    Abduction, Base, Drives, Push, PushShape, PushTarget, SetPoint, Setup, StartPose,
+};
 use twinrig_massless::{Force, Massless};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
@@ -32,6 +34,7 @@ pub fn in_the_air(legs: &[&str]) -> Setup {
         ground: None,
         step: SimDuration::from_millis(1),
         drives: Drives::Ideal { period: 10e-3 },
+        abduction: Abduction::Locked,
         set_point: SetPoint::Held,
         start: StartPose { q, rates: [0.0; 3] }.into(),
     }

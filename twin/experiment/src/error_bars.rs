@@ -15,7 +15,7 @@
 //! Where |v₁ − v₂| is not clearly less than |v₀ − v₁|, a third refinement tells whether that is by
 //! chance, and takes the place of the second. Where it is not, and where the scenario says that its
 //! horizon of predictability is before the end of the window, the finer runs are other draws of a
-//! motion that no run predicts. The error is then 1.5 times the root mean square deviation of runs
+//! motion that no run predicts. The error is then twice the root mean square deviation of runs
 //! from perturbed starts, or that of the farthest finer run.
 
 mod estimate;

@@ -52,6 +52,10 @@ pub const KNEE_RATE: &str = "knee/rate";
 pub const KNEE_TORQUE: &str = "knee/torque";
 /// Angle and torque of the drives.
 pub const DRIVES: [(&str, &str); 2] = [(HIP_POSITION, HIP_TORQUE), (KNEE_POSITION, KNEE_TORQUE)];
+/// Angle of abduction of the hip, positive to the left.
+pub const ABDUCTION_POSITION: &str = "abduction/position";
+/// Torque of its drive.
+pub const ABDUCTION_TORQUE: &str = "abduction/torque";
 /// Angles of hip, knee and ankle.
 pub const ANGLES: &str = "angles";
 /// Position of the foot, world frame.
@@ -122,7 +126,7 @@ pub const ENERGY: [Standard; 8] = [
 ];
 
 /// Measurements of a leg.
-pub const LEG: [Standard; 13] = [
+pub const LEG: [Standard; 15] = [
     plain(HIP_POSITION, Unit::Radian, 1),
     rate(HIP_RATE, Unit::RadianPerSecond, 1, HIP_POSITION),
     plain(HIP_TORQUE, Unit::NewtonMeter, 1),
@@ -136,6 +140,8 @@ pub const LEG: [Standard; 13] = [
     plain(FOOT_LOAD, Unit::Newton, 1),
     plain(FOOT_FORCE, Unit::Newton, 3),
     plain(FOOT_CLEARANCE, Unit::Meter, 1),
+    plain(ABDUCTION_POSITION, Unit::Radian, 1),
+    plain(ABDUCTION_TORQUE, Unit::NewtonMeter, 1),
 ];
 
 impl Standard {

@@ -140,6 +140,8 @@ pub struct PlantSpec {
     pub is_standalone: bool,
     /// Degrees of freedom of the trunk.
     pub base: Base,
+    /// Joints of hip abduction.
+    pub abduction: Abduction,
     /// Simulated legs; none for all legs of the robot.
     pub legs: Option<Vec<Placed<String>>>,
     /// Ground; none if the robot hangs in the air.
@@ -173,6 +175,20 @@ impl Words for Base {
         ("planar", Base::Planar),
         ("fixed", Base::Fixed),
     ];
+}
+
+/// Joints of hip abduction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Abduction {
+    /// Locked at zero.
+    Locked,
+    /// Joints with the servos of the robot file.
+    Free,
+}
+
+impl Words for Abduction {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("locked", Abduction::Locked), ("free", Abduction::Free)];
 }
 
 /// `[plant] start`: angles and rates of hip, knee and ankle of all legs, each relative to the

@@ -15,14 +15,16 @@
 use twinrig_compliant::Turns;
 use twinrig_compliant::lanes::Lanes;
 
+use super::abduction::OffPlane;
 use super::elimination::{PLANE, PlaneShare};
 use super::model::Legs;
 
-/// Motion of the trunk in trunk axes, equal in all lanes.
+/// Motion of the trunk in trunk axes, equal in all lanes, or of the frame of each leg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Carrier<L> {
     pub(crate) turning: [L; 3],
-    /// g − ω × v \[m/s²\].
+    /// Gravity less the acceleration of the origin, but for the rate of its velocity \[m/s²\]: of
+    /// the trunk g − ω × v.
     pub(crate) field: [L; 3],
 }
 
@@ -35,21 +37,14 @@ pub(crate) struct Carried<L, const N: usize> {
     pub(crate) torques: [L; N],
     /// Inertia and force in the plane.
     pub(crate) share: PlaneShare<L>,
-    /// Lateral force \[N\], and torques about the axes of roll and yaw in the plane \[N·m\].
-    pub(crate) lateral: L,
-    pub(crate) roll: L,
-    pub(crate) yaw: L,
-    /// First moments of the masses, forward and up \[kg·m\], and second: Σ m x², Σ m z², Σ m x z
-    /// \[kg·m²\].
-    pub(crate) moment: [L; 2],
-    pub(crate) spread: [L; 3],
+    pub(crate) off_plane: OffPlane<L>,
 }
 
 impl<L: Lanes, const N: usize> Carried<L, N> {
     /// Computes the terms; `entries` are inertia and swing of the links.
     #[inline(always)]
-    pub(crate) fn new(
-        legs: &Legs<L, N>,
+    pub(crate) fn new<const A: usize>(
+        legs: &Legs<L, N, A>,
         turns: &Turns<L, N>,
         rates: &[L; N],
         entries: &[[L; N]; N],
@@ -122,11 +117,13 @@ impl<L: Lanes, const N: usize> Carried<L, N> {
                     pitch - sz * hip[0] + sx * hip[1] - twist,
                 ],
             },
-            lateral: lateral - legs.mass * across,
-            roll: roll + across * sz,
-            yaw: yaw - across * sx,
-            moment: [sx, sz],
-            spread: [xx, zz, xz],
+            off_plane: OffPlane {
+                lateral: lateral - legs.mass * across,
+                roll: roll + across * sz,
+                yaw: yaw - across * sx,
+                moment: [sx, sz],
+                spread: [xx, zz, xz],
+            },
         }
     }
 }

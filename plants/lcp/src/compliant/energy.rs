@@ -1,14 +1,14 @@
 //! Energy of the compliant model.
 
-use twinrig_compliant::events::{ElementMotion, GROUND, INSIDE};
+use twinrig_compliant::events::{ABDUCTION, ElementMotion, GROUND, INSIDE};
 use twinrig_compliant::frame::cross;
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
-use twinrig_compliant::{Below, Depths, DriveLaws, TrunkMotion, Turns};
+use twinrig_compliant::{Below, Depths, DriveLaws, TrunkMotion, Turns, broadcast};
 use twinrig_legged::{Base, Stored};
 use twinrig_robot::{GRAVITY, Payload};
 
 use super::carrier::{Carried, Carrier};
-use super::contact::end_of;
+use super::contact::{Carriers, end_of};
 use super::elimination::PLANE;
 use super::model::{CompliantModel, Legs};
 use super::state::State;
@@ -25,12 +25,12 @@ fn payload_terms(payload: &Payload, trunk: &TrunkMotion) -> [f64; 2] {
 }
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
-pub(crate) struct StoredEnergy<'a, const N: usize, const P: usize> {
-    pub(crate) model: &'a CompliantModel<N>,
-    pub(crate) state: &'a State<Quad, N, P>,
+pub(crate) struct StoredEnergy<'a, const N: usize, const P: usize, const A: usize> {
+    pub(crate) model: &'a CompliantModel<N, A>,
+    pub(crate) state: &'a State<Quad, N, P, A>,
 }
 
-impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
+impl<const N: usize, const P: usize, const A: usize> Kernel for StoredEnergy<'_, N, P, A> {
     type Output = Stored;
 
     #[inline(always)]
@@ -56,22 +56,32 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
             field: [zero; 3],
         };
         let carried = Carried::new(&legs, &turns, &state.rates, &entries, &at_rest);
+        let frame = legs.frame(&state, &trunk);
         let springs = self.springs(simd, &legs, &turns, &state, &trunk);
         let up = trunk.rotation[2];
-        let [sx, sz] = carried.moment;
-        if model.base == Base::Fixed {
+        let [sx, sz] = carried.off_plane.moment;
+        if A == 0 && model.base == Base::Fixed {
             let height = (sx - legs.mass_hip[0]) * up[0] + (sz - legs.mass_hip[2]) * up[2];
             let [kinetic, springs, height, _] =
                 S::Lanes::sums([kinetic, springs, height, zero]).quad().0;
             return [kinetic, springs, GRAVITY * height];
         }
-        let ([vx, vy, vz], [wx, wy, wz]) = (trunk.velocity, trunk.turning);
-        // Velocity of the plane of each leg.
-        let plane = [
-            zero.like(vx) - legs.hip[1] * wz,
-            zero.like(vz) + legs.hip[1] * wx,
-            zero.like(wy),
-        ];
+        // Velocities of trunk or frame, and of the plane of each leg.
+        let (velocity, turning, moment) = match &frame {
+            None => (
+                broadcast(zero, trunk.velocity),
+                broadcast(zero, trunk.turning),
+                [sx, legs.mass_hip[1], sz],
+            ),
+            Some(frame) => {
+                let [x, y, z] = frame.into_trunk([sx, legs.mass_hip[1], sz]);
+                let [left, up] = frame.axis;
+                let moment = [x, y + legs.mass * left, z + legs.mass * up];
+                (frame.velocity, frame.turning, moment)
+            }
+        };
+        let ([vx, vy, vz], [wx, wy, wz]) = (velocity, turning);
+        let plane = [vx - legs.hip[1] * wz, vz + legs.hip[1] * wx, wy];
         let mut entry = 0;
         for a in 0..PLANE {
             for b in 0..=a {
@@ -83,15 +93,19 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
                 kinetic += carried.columns[j][a] * state.rates[j] * plane[a];
             }
         }
-        let [xx, zz, xz] = carried.spread;
-        kinetic += xx * (0.5 * wz * wz) + zz * (0.5 * wx * wx) - xz * (wx * wz);
-        kinetic += legs.mass * (0.5 * vy * vy) + sx * (vy * wz) - sz * (vy * wx);
-        let height = sx * up[0] + legs.mass_hip[1] * up[1] + sz * up[2];
+        let [xx, zz, xz] = carried.off_plane.spread;
+        kinetic += xx * (wz * 0.5 * wz) + zz * (wx * 0.5 * wx) - xz * (wx * wz);
+        kinetic += legs.mass * (vy * 0.5 * vy) + sx * (vy * wz) - sz * (vy * wx);
+        if let (Some(law), Some(joint)) = (&model.abduction, state.abduction.first()) {
+            kinetic += joint.rate * joint.rate * (0.5 * law.inertia());
+        }
+        let height = moment[0] * up[0] + moment[1] * up[1] + moment[2] * up[2];
         let [kinetic, springs, height, _] =
             S::Lanes::sums([kinetic, springs, height, zero]).quad().0;
         let spin: f64 = (0..3)
             .map(|i| model.inertia[i] * trunk.turning[i] * trunk.turning[i])
             .sum();
+        let [vx, vy, vz] = trunk.velocity;
         let square = vx * vx + vy * vy + vz * vz;
         let mut energy = [
             kinetic + 0.5 * (model.trunk_mass * square + spin),
@@ -107,22 +121,27 @@ impl<const N: usize, const P: usize> Kernel for StoredEnergy<'_, N, P> {
     }
 }
 
-impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
+impl<const N: usize, const P: usize, const A: usize> StoredEnergy<'_, N, P, A> {
     /// Returns the energy of springs and elements, by leg.
     #[inline(always)]
     fn springs<S: Simd>(
         &self,
         simd: S,
-        legs: &Legs<S::Lanes, N>,
+        legs: &Legs<S::Lanes, N, A>,
         turns: &Turns<S::Lanes, N>,
-        state: &State<S::Lanes, N, P>,
+        state: &State<S::Lanes, N, P, A>,
         trunk: &TrunkMotion,
     ) -> S::Lanes {
         let has_cable = self.model.drives != DriveLaws::None;
         let mut energy = legs.pantographs.energy(turns, &state.joints(), has_cable);
+        if let (Some(joints), Some(joint)) = (legs.joints.first(), state.abduction.first()) {
+            energy += joints.energy(joint.angle);
+        }
+        let frame = legs.frame(state, trunk);
+        let carriers = Carriers::new(frame.as_ref(), trunk);
         if let Some(ground) = &self.model.rigid.ground {
             for p in 0..P {
-                let point = end_of(legs, turns, state, N - P + 1 + p, trunk);
+                let point = end_of(legs, turns, state, N - P + 1 + p, carriers).point;
                 let depth = -Below::new(simd, ground, trunk, &point).gap;
                 energy += legs.sole.energy(depth, state.bristles[p]);
             }
@@ -132,12 +151,12 @@ impl<const N: usize, const P: usize> StoredEnergy<'_, N, P> {
 }
 
 /// Computation of depths and rates of all elements.
-pub(crate) struct Elements<'a, const N: usize, const P: usize> {
-    pub(crate) model: &'a CompliantModel<N>,
-    pub(crate) state: &'a State<Quad, N, P>,
+pub(crate) struct Elements<'a, const N: usize, const P: usize, const A: usize> {
+    pub(crate) model: &'a CompliantModel<N, A>,
+    pub(crate) state: &'a State<Quad, N, P, A>,
 }
 
-impl<const N: usize, const P: usize> Kernel for Elements<'_, N, P> {
+impl<const N: usize, const P: usize, const A: usize> Kernel for Elements<'_, N, P, A> {
     type Output = ElementMotion;
 
     #[inline(always)]
@@ -152,10 +171,16 @@ impl<const N: usize, const P: usize> Kernel for Elements<'_, N, P> {
         for i in 0..INSIDE - cable {
             motion.set(i, count, inside.depths[i], inside.rates[i]);
         }
+        if let (Some(joints), Some(joint)) = (legs.joints.first(), state.abduction.first()) {
+            let stop = joints.resistance(joint.angle, joint.rate);
+            motion.set(ABDUCTION, count, stop.depth, stop.depth_rate);
+        }
         if let Some(ground) = &model.rigid.ground {
             let trunk = TrunkMotion::new(state.trunk());
+            let frame = legs.frame(&state, &trunk);
+            let carriers = Carriers::new(frame.as_ref(), &trunk);
             for p in 0..P {
-                let point = end_of(&legs, &turns, &state, N - P + 1 + p, &trunk);
+                let point = end_of(&legs, &turns, &state, N - P + 1 + p, carriers).point;
                 let below = Below::new(simd, ground, &trunk, &point);
                 let rate = -below.gap_rate(point.velocity);
                 motion.set(GROUND + p, count, -below.gap, rate);

@@ -4,21 +4,22 @@ use twinrig_compliant::events::{ELEMENTS, ElementMotion, INSIDE_NAMES};
 use twinrig_compliant::frame::{into_trunk, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
-    DriveLaws, DriveState, Equations, Flow, SavedCompliant, Step, StepError, TrunkState,
+    AbductionConstants, AbductionState, DriveLaws, DriveState, Equations, Flow, SavedCompliant,
+    ServoLaw, Step, StepError, TrunkState,
 };
 use twinrig_contact::Surface;
 use twinrig_kernel::signal;
 use twinrig_legged::{
-    DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
+    DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Setup, Stored, surfaces_below,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
 
 use super::contact::Ends;
 use super::energy::{Elements, StoredEnergy};
-use super::model::{CompliantEquations, CompliantModel};
+use super::model::{AbductionModel, CompliantEquations, CompliantModel};
 use super::motion::Advance;
-use super::state::{Slope, State};
+use super::state::{Abduction, Slope, State};
 use crate::formulation::{Formulation, SavedFormulation};
 use crate::model::Model;
 use crate::model::real::Lanes;
@@ -26,10 +27,14 @@ use crate::model::start::start_state;
 use crate::model::state::State as RigidState;
 use crate::options::{LcpError, Options};
 
-/// Equations and state of the plant.
-pub(crate) type CompliantFlow<const N: usize, const P: usize> = Flow<CompliantEquations<N, P>>;
+/// Name of a leg's abduction in a plant's state: angle and rate.
+const ABDUCTION: &str = "abduction";
 
-impl<const N: usize, const P: usize> Formulation for CompliantFlow<N, P> {}
+/// Equations and state of the plant.
+pub(crate) type CompliantFlow<const N: usize, const P: usize, const A: usize> =
+    Flow<CompliantEquations<N, P, A>>;
+
+impl<const N: usize, const P: usize, const A: usize> Formulation for CompliantFlow<N, P, A> {}
 
 impl From<SavedCompliant> for SavedFormulation {
     fn from(saved: SavedCompliant) -> Self {
@@ -49,14 +54,15 @@ impl TryFrom<SavedFormulation> for SavedCompliant {
 }
 
 /// Builds the compliant flow in the start state.
-pub(crate) fn initial<const N: usize, const P: usize>(
+pub(crate) fn initial<const N: usize, const P: usize, const A: usize>(
     robot: &Robot,
     options: &Options,
-) -> Result<CompliantFlow<N, P>, LcpError> {
+    abduction: [AbductionModel; A],
+) -> Result<CompliantFlow<N, P, A>, LcpError> {
     let model = Model::<N>::new(robot, &options.setup)?;
     let state = start_state(&model, robot, options)?;
     let compliances = options.setup.compliances(robot)?;
-    let model = CompliantModel::new(model, &compliances);
+    let model = CompliantModel::new(model, &compliances, abduction);
     Ok(Flow::new(
         CompliantEquations::new(model),
         compliant_state(&state),
@@ -65,14 +71,24 @@ pub(crate) fn initial<const N: usize, const P: usize>(
     ))
 }
 
+/// Returns the joints of abduction of a robot, which has them.
+pub(crate) fn abduction(robot: &Robot, setup: &Setup) -> Result<AbductionModel, LcpError> {
+    let mounts = setup.abducting_mounts(robot)?;
+    let joints = mounts.into_iter().filter_map(AbductionConstants::new);
+    Ok(AbductionModel {
+        joints: joints.collect(),
+        servo: setup.abduction_servo(robot)?.as_ref().map(ServoLaw::from),
+    })
+}
+
 fn quad(lanes: Lanes) -> Quad {
     Quad(lanes.to_array())
 }
 
 /// Returns a state of the rigid model with relaxed soles.
-pub(crate) fn compliant_state<const N: usize, const P: usize>(
+pub(crate) fn compliant_state<const N: usize, const P: usize, const A: usize>(
     rigid: &RigidState<Lanes, N>,
-) -> State<Quad, N, P> {
+) -> State<Quad, N, P, A> {
     State {
         position: Quad::of_three(rigid.position),
         attitude: Quad(rigid.attitude),
@@ -83,12 +99,13 @@ pub(crate) fn compliant_state<const N: usize, const P: usize>(
         pulley: quad(rigid.pulley),
         pulley_rate: quad(rigid.pulley_rate),
         bristles: [[Quad::splat(0.0); 2]; P],
+        abduction: [Abduction::at_rest(); A],
     }
 }
 
-impl<const N: usize, const P: usize> CompliantEquations<N, P> {
+impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A> {
     /// Returns the motion of the ends of the first `links` links.
-    fn ends(&self, state: &State<Quad, N, P>, links: usize) -> [FootMotion; LEGS] {
+    fn ends(&self, state: &State<Quad, N, P, A>, links: usize) -> [FootMotion; LEGS] {
         let model = &self.model;
         let ends = Ends {
             model,
@@ -103,7 +120,7 @@ impl<const N: usize, const P: usize> CompliantEquations<N, P> {
     }
 
     /// Returns the state in a posture, with toes without load.
-    fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P> {
+    fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P, A> {
         let zero = Quad::splat(0.0);
         let upright = rotation(posture.attitude);
         let mut state = State {
@@ -116,6 +133,7 @@ impl<const N: usize, const P: usize> CompliantEquations<N, P> {
             pulley: zero,
             pulley_rate: zero,
             bristles: [[zero; 2]; P],
+            abduction: [Abduction::at_rest(); A],
         };
         let legs = self.model.rigid.legs.iter().zip(&posture.legs);
         for (i, (leg, (_, from))) in legs.enumerate() {
@@ -131,9 +149,9 @@ impl<const N: usize, const P: usize> CompliantEquations<N, P> {
     }
 }
 
-impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
-    type State = State<Quad, N, P>;
-    type Slope = Slope<Quad, N, P>;
+impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEquations<N, P, A> {
+    type State = State<Quad, N, P, A>;
+    type Slope = Slope<Quad, N, P, A>;
     type Saved = SavedFormulation;
 
     fn name(&self) -> &'static str {
@@ -180,7 +198,7 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
 
     fn element_names(&self) -> [&'static str; ELEMENTS] {
         let [a, b, c, d, e, f] = INSIDE_NAMES;
-        [a, b, c, d, e, f, "ground", "toe"]
+        [a, b, c, d, e, f, "ground", "toe", "abduction"]
     }
 
     fn leg_name(&self, leg: usize) -> &str {
@@ -199,6 +217,16 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
             pulley: state.pulley,
             pulley_rate: state.pulley_rate,
         }
+    }
+
+    fn abduction(&self, state: &Self::State) -> Option<AbductionState> {
+        let joints = state.abduction.first()?;
+        Some(AbductionState {
+            angle: joints.angle,
+            rate: joints.rate,
+            impulse: joints.impulse,
+            inertia: self.model.abduction.map_or(0.0, |servo| servo.inertia()),
+        })
     }
 
     #[inline]
@@ -256,7 +284,14 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
             )
         };
         let legs = self.model.rigid.legs.iter().enumerate();
-        legs.filter(|_| N > 3).map(toe).collect()
+        let mut entries: Vec<_> = legs.clone().filter(|_| N > 3).map(toe).collect();
+        for joints in &state.abduction {
+            entries.extend(legs.clone().map(|(i, leg)| {
+                let name = signal::of_leg(&leg.name, ABDUCTION);
+                (name, vec![joints.angle.0[i], joints.rate.0[i]])
+            }));
+        }
+        entries
     }
 
     fn state_of(
@@ -266,15 +301,25 @@ impl<const N: usize, const P: usize> Equations for CompliantEquations<N, P> {
     ) -> Result<(Self::State, Vec<String>), PartFault> {
         let mut lines = Vec::new();
         let mut state = self.with_relaxed_toes(posture);
+        let legs = self.model.rigid.legs.len();
         for (i, (name, _)) in self.extra_state(&state).iter().enumerate() {
+            let (leg, is_toe) = (i % legs, i < legs && N > 3);
             let values = extra.get(name).filter(|values| values.len() == 2);
-            if let Some(values) = values.filter(|values| values.iter().all(|x| x.is_finite())) {
-                state.angles[N - 1].0[i] = values[0];
-                state.rates[N - 1].0[i] = values[1];
-            } else {
-                lines.push(format!(
-                    "{name} is missing; the toe follows the third segment"
-                ));
+            let values = values.filter(|values| values.iter().all(|x| x.is_finite()));
+            match (values, state.abduction.first_mut()) {
+                (Some(values), _) if is_toe => {
+                    state.angles[N - 1].0[leg] = values[0];
+                    state.rates[N - 1].0[leg] = values[1];
+                }
+                (Some(values), Some(joints)) => {
+                    (joints.angle.0[leg], joints.rate.0[leg]) = (values[0], values[1]);
+                }
+                _ if is_toe => {
+                    lines.push(format!(
+                        "{name} is missing; the toe follows the third segment"
+                    ));
+                }
+                _ => lines.push(format!("{name} is missing; the leg is upright")),
             }
         }
         Ok((state, lines))

@@ -1,5 +1,6 @@
 //! Compliant constraints.
 
+mod abduction;
 mod carrier;
 mod contact;
 mod elimination;
@@ -11,6 +12,6 @@ mod slope;
 mod state;
 mod trunk;
 
-pub(crate) use equations::initial;
+pub(crate) use equations::{abduction, initial};
 #[cfg(test)]
 mod tests;

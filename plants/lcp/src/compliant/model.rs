@@ -1,17 +1,21 @@
 //! Constants of the compliant model, of four legs side by side.
 
-use twinrig_compliant::lanes::{LANES, Quad, Simd};
-use twinrig_compliant::{DriveLaws, Element, PantographConstants, Pantographs, Sole, StepControl};
+use twinrig_compliant::lanes::{LANES, Lanes, Quad, Simd};
+use twinrig_compliant::{
+    AbductionConstants, AbductionJoints, DriveLaws, Element, LegFrame, PantographConstants,
+    Pantographs, ServoLaw, Sole, StepControl, TrunkMotion,
+};
 use twinrig_legged::Base;
 use twinrig_robot::{Compliance, GRAVITY, Payload};
 
+use super::state::State;
 use crate::model::Model;
 use crate::model::constants::Constants;
 
 /// Constants of the legs; `T` is [`Quad`] in memory, or lanes. Symbols as in
 /// [`Constants`](crate::model::constants::Constants).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Legs<T, const N: usize> {
+pub(crate) struct Legs<T, const N: usize, const A: usize> {
     pub(crate) pantographs: Pantographs<T, N>,
     /// Hip in the trunk frame \[m\].
     pub(crate) hip: [T; 3],
@@ -24,11 +28,20 @@ pub(crate) struct Legs<T, const N: usize> {
     /// Aᵢⱼ.
     pub(crate) inertias: [[T; N]; N],
     pub(crate) sole: Sole<T>,
+    /// Joints of abduction; positions of hips are relative to their axes.
+    pub(crate) joints: [AbductionJoints<T>; A],
+}
+
+/// Joints of abduction of all legs, and their servo.
+#[derive(Debug, Clone)]
+pub(crate) struct AbductionModel {
+    pub(crate) joints: Vec<AbductionConstants>,
+    pub(crate) servo: Option<ServoLaw>,
 }
 
 /// Constants of the compliant model.
 #[derive(Debug, Clone)]
-pub(crate) struct CompliantModel<const N: usize> {
+pub(crate) struct CompliantModel<const N: usize, const A: usize> {
     pub(crate) rigid: Model<N>,
     pub(crate) base: Base,
     /// Mass of trunk, payloads and legs, and of trunk and payloads \[kg\]; principal moments of the
@@ -38,27 +51,47 @@ pub(crate) struct CompliantModel<const N: usize> {
     pub(crate) inertia: [f64; 3],
     /// Payloads of the trunk.
     pub(crate) payload: Option<Payload>,
-    pub(crate) legs: Legs<Quad, N>,
+    pub(crate) legs: Legs<Quad, N, A>,
     pub(crate) drives: DriveLaws,
+    /// Servo of abduction; joints without one turn freely.
+    pub(crate) abduction: Option<ServoLaw>,
     /// Radius of an angle in the error \[m\].
     pub(crate) radius: f64,
     /// Height by which a unit of work lifts the robot, times its weight in the error \[m/J\].
     pub(crate) work_to_length: f64,
 }
 
-impl<const N: usize> CompliantModel<N> {
-    /// Adds the compliances of the legs to the rigid model.
-    pub(crate) fn new(model: Model<N>, compliances: &[Compliance]) -> Self {
+impl<const N: usize, const A: usize> CompliantModel<N, A> {
+    /// Adds the compliances of the legs, and their joints of abduction, to the rigid model.
+    pub(crate) fn new(
+        model: Model<N>,
+        compliances: &[Compliance],
+        abduction: [AbductionModel; A],
+    ) -> Self {
         let friction = model.ground.as_ref().map_or(0.0, |ground| ground.friction);
-        let constants: Vec<_> = model.legs.iter().map(|leg| leg.constants).collect();
+        let mut constants: Vec<_> = model.legs.iter().map(|leg| leg.constants).collect();
+        for joint in abduction
+            .iter()
+            .flat_map(|model| &model.joints)
+            .zip(&mut constants)
+        {
+            let (joint, leg) = joint;
+            leg.hip[1] -= joint.axis[0];
+            leg.hip[2] -= joint.axis[1];
+        }
+        let joints = abduction
+            .each_ref()
+            .map(|model| AbductionJoints::side_by_side(&model.joints));
+        let servo = abduction.first().and_then(|model| model.servo);
         Self {
             base: model.base,
             mass: model.trunk.mass,
             trunk_mass: model.trunk.mass - constants.iter().map(|leg| leg.mass).sum::<f64>(),
             inertia: model.trunk.inertia,
             payload: model.trunk.payload,
-            legs: Legs::side_by_side(&constants, compliances, friction),
+            legs: Legs::side_by_side(&constants, compliances, friction, joints),
             drives: DriveLaws::from(model.drives.as_ref()),
+            abduction: servo,
             radius: 0.5 * model.reach,
             work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * model.trunk.mass),
             rigid: model,
@@ -66,8 +99,13 @@ impl<const N: usize> CompliantModel<N> {
     }
 }
 
-impl<const N: usize> Legs<Quad, N> {
-    fn side_by_side(legs: &[Constants<f64, N>], compliances: &[Compliance], friction: f64) -> Self {
+impl<const N: usize, const A: usize> Legs<Quad, N, A> {
+    fn side_by_side(
+        legs: &[Constants<f64, N>],
+        compliances: &[Compliance],
+        friction: f64,
+        joints: [AbductionJoints<Quad>; A],
+    ) -> Self {
         let pantographs: Vec<_> = legs.iter().map(Constants::pantograph).collect();
         let absent = Constants::absent();
         let legs: [Constants<f64, N>; LANES] =
@@ -92,11 +130,12 @@ impl<const N: usize> Legs<Quad, N> {
                 friction,
                 &deflections,
             ),
+            joints,
         }
     }
 
     #[inline(always)]
-    pub(crate) fn load<S: Simd>(&self, simd: S) -> Legs<S::Lanes, N> {
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> Legs<S::Lanes, N, A> {
         let mut moments_hip = [simd.load_all(&self.moments_hip[0]); N];
         let mut inertias = [simd.load_all(&self.inertias[0]); N];
         for j in 1..N {
@@ -112,7 +151,21 @@ impl<const N: usize> Legs<Quad, N> {
             moments_hip,
             inertias,
             sole: self.sole.load(simd),
+            joints: self.joints.each_ref().map(|joints| joints.load(simd)),
         }
+    }
+}
+
+impl<L: Lanes, const N: usize, const A: usize> Legs<L, N, A> {
+    /// Returns the frames that carry the legs, if they have joints of abduction.
+    #[inline(always)]
+    pub(crate) fn frame<const P: usize>(
+        &self,
+        state: &State<L, N, P, A>,
+        trunk: &TrunkMotion,
+    ) -> Option<LegFrame<L>> {
+        let (joints, motion) = (self.joints.first()?, state.abduction.first()?);
+        Some(joints.frame(motion.angle, motion.rate, trunk))
     }
 }
 
@@ -135,14 +188,14 @@ impl<const N: usize> Constants<f64, N> {
 
 /// Equations of legs with `N` links and `P` contact points.
 #[derive(Debug, Clone)]
-pub(crate) struct CompliantEquations<const N: usize, const P: usize> {
-    pub(crate) model: CompliantModel<N>,
+pub(crate) struct CompliantEquations<const N: usize, const P: usize, const A: usize> {
+    pub(crate) model: CompliantModel<N, A>,
     /// Angles of the hips at the input zero \[rad\].
     pub(super) hip_references: Vec<f64>,
 }
 
-impl<const N: usize, const P: usize> CompliantEquations<N, P> {
-    pub(crate) fn new(model: CompliantModel<N>) -> Self {
+impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A> {
+    pub(crate) fn new(model: CompliantModel<N, A>) -> Self {
         let legs = model.rigid.legs.iter();
         Self {
             hip_references: legs.map(|leg| leg.pantograph.hip_reference()).collect(),

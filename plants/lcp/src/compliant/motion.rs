@@ -14,19 +14,19 @@ use super::slope::Evaluation;
 use super::state::{Slope, State};
 
 /// Step of the model in memory.
-pub(crate) struct Advance<'a, const N: usize, const P: usize> {
-    pub(crate) model: &'a CompliantModel<N>,
-    pub(crate) step: Step<'a, CompliantEquations<N, P>>,
+pub(crate) struct Advance<'a, const N: usize, const P: usize, const A: usize> {
+    pub(crate) model: &'a CompliantModel<N, A>,
+    pub(crate) step: Step<'a, CompliantEquations<N, P, A>>,
 }
 
-impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
+impl<const N: usize, const P: usize, const A: usize> Kernel for Advance<'_, N, P, A> {
     type Output = Result<(), StepError>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
         let load = |quad: Quad| simd.load(quad);
         let step = self.step;
-        let mut motion = Motion::<S, N, P> {
+        let mut motion = Motion::<S, N, P, A> {
             simd,
             model: self.model,
             legs: self.model.legs.load(simd),
@@ -49,10 +49,10 @@ impl<const N: usize, const P: usize> Kernel for Advance<'_, N, P> {
 
 /// Returns a sum of slopes, each times its seconds.
 #[inline(always)]
-fn sum<L: Lanes, const N: usize, const P: usize, const M: usize>(
-    slopes: [&Slope<L, N, P>; M],
+fn sum<L: Lanes, const N: usize, const P: usize, const A: usize, const M: usize>(
+    slopes: [&Slope<L, N, P, A>; M],
     seconds: [f64; M],
-) -> State<L, N, P> {
+) -> State<L, N, P, A> {
     let mut sum = slopes[0].state.map(|rate| rate * seconds[0]);
     for j in 1..M {
         sum = sum.zip(&slopes[j].state, |sum, rate| sum + rate * seconds[j]);
@@ -61,10 +61,10 @@ fn sum<L: Lanes, const N: usize, const P: usize, const M: usize>(
 }
 
 /// The model in lanes.
-struct Motion<'a, S: Simd, const N: usize, const P: usize> {
+struct Motion<'a, S: Simd, const N: usize, const P: usize, const A: usize> {
     simd: S,
-    model: &'a CompliantModel<N>,
-    legs: Legs<S::Lanes, N>,
+    model: &'a CompliantModel<N, A>,
+    legs: Legs<S::Lanes, N, A>,
     commands: Commands<S::Lanes>,
     are_held: bool,
     sums: Flows<S::Lanes>,
@@ -72,9 +72,9 @@ struct Motion<'a, S: Simd, const N: usize, const P: usize> {
     log: &'a mut EventLog,
 }
 
-impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
-    type State = State<S::Lanes, N, P>;
-    type Slope = Slope<S::Lanes, N, P>;
+impl<S: Simd, const N: usize, const P: usize, const A: usize> System for Motion<'_, S, N, P, A> {
+    type State = State<S::Lanes, N, P, A>;
+    type Slope = Slope<S::Lanes, N, P, A>;
     type Mode = NoMode<Self::State, Self::Slope, S::Lanes>;
 
     #[inline(always)]
@@ -92,7 +92,7 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             time,
             load: self.load,
             state,
-            limit: None,
+            limits: None,
         })
     }
 
@@ -124,11 +124,16 @@ impl<S: Simd, const N: usize, const P: usize> System for Motion<'_, S, N, P> {
             pulley,
             pulley_rate,
             bristles,
+            abduction,
         } = sum(slopes, seconds).map(S::Lanes::abs);
         let (mut angle, mut rate) = (attitude + attitude, turning);
         for i in 0..N {
             angle = angle.max(angles[i]);
             rate = rate.max(rates[i]);
+        }
+        for joint in abduction {
+            angle = angle.max(joint.angle);
+            rate = rate.max(joint.rate);
         }
         angle = angle.max(pulley);
         rate = rate.max(pulley_rate);

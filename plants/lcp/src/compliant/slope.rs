@@ -1,81 +1,88 @@
 //! Right-hand side of the equations of motion.
 
-use twinrig_compliant::events::{GROUND, if_compressed};
+use twinrig_compliant::events::{ABDUCTION, GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
-    Below, Commands, DriveLaws, Flows, Footforce, Internal, Point, Pushed, TrunkMotion, Turns,
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, Pushed, Resistance, TrunkMotion, Turns,
     broadcast,
 };
 use twinrig_contact::Ground;
 use twinrig_legged::{Base, StepLoad};
 
+use super::abduction::{JointDrive, JointMotion, LegBody, LegJoint, OffPlane};
 use super::carrier::{Carried, Carrier};
-use super::contact::end_of;
+use super::contact::{Carriers, End, end_of};
 use super::elimination::{ENTRIES, LinkEquations, PLANE, PlaneShare};
 use super::model::{CompliantModel, Legs};
-use super::state::{Slope, State};
+use super::state::{Abduction, Slope, State};
 use super::trunk::TrunkSystem;
 
 /// Right-hand side in a state, to be called from several places.
-pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize> {
+pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize, const A: usize> {
     pub(crate) simd: S,
-    pub(crate) model: &'a CompliantModel<N>,
-    pub(crate) legs: &'a Legs<S::Lanes, N>,
+    pub(crate) model: &'a CompliantModel<N, A>,
+    pub(crate) legs: &'a Legs<S::Lanes, N, A>,
     pub(crate) commands: &'a Commands<S::Lanes>,
     pub(crate) time: f64,
     /// Load of pushes, if any.
     pub(crate) load: Option<&'a StepLoad>,
-    pub(crate) state: &'a State<S::Lanes, N, P>,
-    /// Hips at the limit of their torque, once they are known.
-    pub(crate) limit: Option<Limited<S::Lanes>>,
+    pub(crate) state: &'a State<S::Lanes, N, P, A>,
+    /// Joints at the limit of their torque, once they are known.
+    pub(crate) limits: Option<Limits<S::Lanes>>,
 }
 
-/// Hips at the limit of their torque.
+/// Joints at the limit of their torque.
 #[derive(Clone, Copy)]
-pub(crate) struct Limited<L: Lanes> {
-    /// Torque \[N·m\].
-    torque: L,
-    /// 1 at the greatest torque, −1 at the least, 0 for a hip that follows its command.
-    side: L,
+pub(crate) struct Limits<L> {
+    hip: Limited<L>,
+    /// Joints of abduction, if there are any.
+    abduction: Option<Limited<L>>,
     /// Number of times that they may be determined again.
     rounds: u8,
 }
 
+/// Joints of a kind at the limit of their torque.
+#[derive(Clone, Copy)]
+struct Limited<L> {
+    /// Torque \[N·m\].
+    torque: L,
+    /// 1 at the greatest torque, −1 at the least, 0 for a joint that follows its command.
+    side: L,
+}
+
 impl<L: Lanes> Limited<L> {
-    /// Returns the hips that need a torque beyond its limit.
+    /// Returns the joints that need a torque beyond its limit.
     #[inline(always)]
-    fn beyond(torque: L, limit: L, rounds: u8) -> Self {
+    fn beyond(torque: L, limit: L) -> Self {
         let (zero, one) = (torque.zero(), torque.like(1.0));
         let side = one.or(torque.gt(limit), (-one).or(limit.gt(torque), zero));
         Self {
             torque: limit,
             side,
-            rounds,
         }
     }
 
-    /// Returns whether there are such hips.
+    /// Returns whether there are such joints.
     #[inline(always)]
     fn any(&self) -> bool {
         self.side.any(self.side.abs().gt(self.side.zero()))
     }
 
-    /// Returns the hips at their limit in the next round, if they differ: whether one is at its
-    /// limit depends on the others. `beyond` has those that would need more torque, `lag` is the
-    /// commanded less the present acceleration.
+    /// Returns the joints at their limit in the next round, and whether they differ: whether one is
+    /// at its limit depends on the others. `beyond` has those that would need more torque, `lag` is
+    /// the commanded less the present acceleration.
     #[inline(always)]
-    fn next(&self, beyond: &Self, lag: L) -> Option<Self> {
+    fn next(&self, beyond: &Self, lag: L) -> (Self, bool) {
         let zero = lag.zero();
         let follows = zero.gt(self.side.abs() - 0.5);
         let kept = zero.or(zero.gt(lag * self.side), self.side);
         let next = Self {
             torque: beyond.torque.or(follows, self.torque),
             side: beyond.side.or(follows, kept),
-            rounds: self.rounds.checked_sub(1)?,
         };
         let differs = (next.side - self.side).abs().gt(zero);
-        zero.any(differs).then_some(next)
+        (next, zero.any(differs))
     }
 }
 
@@ -83,7 +90,7 @@ impl<L: Lanes> Limited<L> {
 const ROUNDS: u8 = 6;
 
 /// Everything that does not depend on the drives.
-struct Setting<L, const N: usize, const P: usize> {
+struct Setting<L: Lanes, const N: usize, const P: usize> {
     trunk: TrunkMotion,
     internal: Internal<L, N>,
     equations: Equations<L, N>,
@@ -104,24 +111,23 @@ fn four<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> S::Lanes {
 }
 
 /// Equations of legs and trunk in one state.
-struct Equations<L, const N: usize> {
+struct Equations<L: Lanes, const N: usize> {
     links: LinkEquations<L, N>,
     share: PlaneShare<L>,
-    lateral: L,
-    roll: L,
-    yaw: L,
-    moment: [L; 2],
-    spread: [L; 3],
+    off_plane: OffPlane<L>,
+    /// Joints of abduction, if legs have them.
+    joint: Option<LegJoint<L>>,
     /// Force and torque of pushes on the trunk.
     push: Option<[f64; 6]>,
 }
 
-impl<S: Simd, const N: usize, const P: usize> Task for Evaluation<'_, S, N, P> {
-    type Output = Slope<S::Lanes, N, P>;
+impl<S: Simd, const N: usize, const P: usize, const A: usize> Task for Evaluation<'_, S, N, P, A> {
+    type Output = Slope<S::Lanes, N, P, A>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        if self.model.base == Base::Fixed {
+        // Planes that abduct move with any base.
+        if A == 0 && self.model.base == Base::Fixed {
             self.slope::<false>()
         } else {
             self.slope::<true>()
@@ -129,17 +135,22 @@ impl<S: Simd, const N: usize, const P: usize> Task for Evaluation<'_, S, N, P> {
     }
 }
 
-impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_, S, N, P> {
+impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize>
+    Evaluation<'_, S, N, P, A>
+{
     /// Returns the slope: each kind of drive in a branch of its own, with its values in registers.
     #[inline(always)]
-    fn slope<const FREE: bool>(&self) -> Slope<L, N, P> {
+    fn slope<const FREE: bool>(&self) -> Slope<L, N, P, A> {
         let [hip, knee] = self.commands.at(self.time);
-        match (&self.model.drives, self.limit) {
+        match (&self.model.drives, self.limits) {
             (DriveLaws::None, _) => {
                 let setting = self.setting::<FREE>(false);
                 let zero = setting.internal.tension;
                 let solution =
                     self.solve_free::<FREE>(&setting.equations, zero, 0.0, &setting.trunk);
+                if let Some(again) = self.limit_abduction(&solution) {
+                    return again;
+                }
                 self.slope_of::<FREE>(&setting, &solution, zero)
             }
             (DriveLaws::Motors([at_hip, at_pulley]), _) => {
@@ -148,6 +159,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 let torque = hip - hip_damping * self.state.rates[0];
                 let solution =
                     self.solve_free::<FREE>(&setting.equations, torque, *at_hip, &setting.trunk);
+                if let Some(again) = self.limit_abduction(&solution) {
+                    return again;
+                }
                 let torque = knee - knee_damping * self.state.pulley_rate;
                 let load = self.legs.pantographs.pulley_radius * setting.internal.tension;
                 let acceleration = (torque - load) * (1.0 / at_pulley);
@@ -160,32 +174,45 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                     self.solve_imposed::<FREE>(&setting.equations, acceleration, &setting.trunk);
                 let torque = solution.hip_torque + acceleration * law.inertia();
                 let limit = law.limited(torque, self.state.rates[0]);
-                let limited = Limited::beyond(torque, limit, ROUNDS);
-                if limited.any() {
+                let hip = Limited::beyond(torque, limit);
+                let abduction = self.beyond(&solution);
+                if hip.any() || abduction.is_some_and(|limited| limited.any()) {
                     // Rare: from the begin, so that nothing is kept for it otherwise.
-                    let limit = Some(limited);
-                    return self.simd.call(Self { limit, ..*self });
+                    let limits = Some(Limits {
+                        hip,
+                        abduction,
+                        rounds: ROUNDS,
+                    });
+                    return self.simd.call(Self { limits, ..*self });
                 }
                 let pulley = self.winding(knee, &setting);
                 self.slope_of::<FREE>(&setting, &solution, pulley)
             }
-            (DriveLaws::Servos { hip: law, .. }, Some(limit)) => {
+            (DriveLaws::Servos { hip: law, .. }, Some(limits)) => {
                 let setting = self.setting::<FREE>(true);
                 let acceleration = law.acceleration(hip, self.state.angles[0], self.state.rates[0]);
                 let solution = self.solve_limited::<FREE>(
                     &setting.equations,
                     acceleration,
-                    &limit,
+                    &limits.hip,
                     law.inertia(),
                     &setting.trunk,
                 );
                 let torque = solution.hip_torque + solution.links[0] * law.inertia();
                 let most = law.limited(torque, self.state.rates[0]);
-                let beyond = Limited::beyond(torque, most, 0);
-                let next = limit.next(&beyond, acceleration - solution.links[0]);
-                if let Some(limit) = next {
-                    let limit = Some(limit);
-                    return self.simd.call(Self { limit, ..*self });
+                let beyond = Limited::beyond(torque, most);
+                let lag = acceleration - solution.links[0];
+                let (hip, differs) = limits.hip.next(&beyond, lag);
+                let (abduction, abduction_differs) = self.next_abduction(&limits, &solution);
+                if let Some(rounds) = limits.rounds.checked_sub(1)
+                    && (differs || abduction_differs)
+                {
+                    let limits = Some(Limits {
+                        hip,
+                        abduction,
+                        rounds,
+                    });
+                    return self.simd.call(Self { limits, ..*self });
                 }
                 let pulley = self.winding(knee, &setting);
                 self.slope_of::<FREE>(&setting, &solution, pulley)
@@ -207,6 +234,106 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         knee.acceleration_under(load, wanted, state.pulley_rate)
     }
 
+    /// Returns the joints of abduction, if legs have them, and the torques of stops and friction.
+    #[inline(always)]
+    fn joint(&self, trunk: &TrunkMotion) -> Option<(LegJoint<L>, Resistance<L>)> {
+        let (joints, motion) = (self.legs.joints.first()?, self.state.abduction.first()?);
+        let resistance = joints.resistance(motion.angle, motion.rate);
+        let joint = LegJoint {
+            frame: joints.frame(motion.angle, motion.rate, trunk),
+            drive: self.joint_drive(motion, resistance.torque),
+        };
+        Some((joint, resistance))
+    }
+
+    /// Returns the drives of the joints of abduction.
+    #[inline(always)]
+    fn joint_drive(&self, motion: &Abduction<L>, resistance: L) -> JointDrive<L> {
+        let zero = motion.angle.zero();
+        let Some(law) = &self.model.abduction else {
+            return JointDrive {
+                acceleration: zero,
+                torque: zero,
+                turning: Some(zero.like(1.0).gt(zero)),
+                resistance,
+                inertia: zero,
+            };
+        };
+        let command = self.commands.abduction_at(self.time);
+        let limited = self.limits.and_then(|limits| limits.abduction);
+        JointDrive {
+            acceleration: law.acceleration(command, motion.angle, motion.rate),
+            torque: limited.map_or(zero, |limited| limited.torque),
+            turning: limited.map(|limited| limited.side.abs().gt(zero)),
+            resistance,
+            inertia: zero.like(law.inertia()),
+        }
+    }
+
+    /// Returns the joints of abduction whose servos need a torque beyond its limit, if there are
+    /// servos with a limit.
+    #[inline(always)]
+    fn beyond(&self, solution: &Solution<L, N>) -> Option<Limited<L>> {
+        let (joint, motion) = (solution.joint?, self.state.abduction.first()?);
+        let law = self
+            .model
+            .abduction
+            .as_ref()
+            .filter(|law| law.is_limited())?;
+        let torque = joint.torque + joint.acceleration * law.inertia();
+        Some(Limited::beyond(torque, law.limited(torque, motion.rate)))
+    }
+
+    /// Returns the joints of abduction at their limit in the next round, and whether they differ.
+    #[inline(always)]
+    fn next_abduction(
+        &self,
+        limits: &Limits<L>,
+        solution: &Solution<L, N>,
+    ) -> (Option<Limited<L>>, bool) {
+        let next = || {
+            let (joint, motion) = (solution.joint?, self.state.abduction.first()?);
+            let (limited, law) = (limits.abduction?, self.model.abduction.as_ref()?);
+            let command = self.commands.abduction_at(self.time);
+            let wanted = law.acceleration(command, motion.angle, motion.rate);
+            Some(limited.next(&self.beyond(solution)?, wanted - joint.acceleration))
+        };
+        match next() {
+            Some((limited, differs)) => (Some(limited), differs),
+            None => (None, false),
+        }
+    }
+
+    /// Returns the slope with the joints of abduction at the limit of their torque, if they differ
+    /// from those assumed, of legs whose hips have no such limit.
+    #[inline(always)]
+    fn limit_abduction(&self, solution: &Solution<L, N>) -> Option<Slope<L, N, P, A>> {
+        let limits = match self.limits {
+            None => {
+                let abduction = self.beyond(solution).filter(Limited::any)?;
+                Limits {
+                    hip: Limited {
+                        torque: abduction.torque.zero(),
+                        side: abduction.torque.zero(),
+                    },
+                    abduction: Some(abduction),
+                    rounds: ROUNDS,
+                }
+            }
+            Some(limits) => {
+                let (abduction, differs) = self.next_abduction(&limits, solution);
+                let rounds = limits.rounds.checked_sub(1).filter(|_| differs)?;
+                Limits {
+                    abduction,
+                    rounds,
+                    ..limits
+                }
+            }
+        };
+        let limits = Some(limits);
+        Some(self.simd.call(Self { limits, ..*self }))
+    }
+
     /// Returns everything but the drives.
     #[inline(always)]
     fn setting<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P> {
@@ -215,11 +342,17 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let turns = Turns::new(&state.angles);
         let internal = Internal::new(&legs.pantographs, &turns, &state.joints(), has_cable);
         let entries = turns.inertia_and_swing(&legs.inertias);
-        let mut equations = self.equations::<FREE>(&turns, &entries, &trunk);
+        let joint = self.joint(&trunk);
+        let mut equations =
+            self.equations::<FREE>(&turns, &entries, &trunk, joint.map(|(joint, _)| joint));
         for j in 0..N {
             equations.links.torques[j] += internal.torques[j];
         }
         let (mut dissipated, mut compressed) = (internal.dissipated, internal.compressed);
+        if let Some((_, resistance)) = &joint {
+            dissipated += resistance.dissipated;
+            compressed += if_compressed(ABDUCTION, resistance.depth);
+        }
         let zero = dissipated.zero();
         let (mut bristles, mut ground) = ([[zero; 2]; P], [zero; 3]);
         if let Some(terrain) = &self.model.rigid.ground {
@@ -255,11 +388,21 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         setting: &Setting<L, N, P>,
         solution: &Solution<L, N>,
         pulley_acceleration: L,
-    ) -> Slope<L, N, P> {
+    ) -> Slope<L, N, P, A> {
         let (simd, state, trunk) = (self.simd, self.state, &setting.trunk);
         let tension = setting.internal.tension;
         let knee = self.legs.pantographs.pulley_radius * tension;
         let zero = knee.zero();
+        let mut actuator = solution.hip_torque * state.rates[0] + knee * state.pulley_rate;
+        let mut abduction = state.abduction;
+        if let (Some(joint), Some(slope)) = (&solution.joint, abduction.first_mut()) {
+            actuator += joint.torque * slope.rate;
+            *slope = Abduction {
+                angle: slope.rate,
+                rate: joint.acceleration,
+                impulse: joint.torque,
+            };
+        }
         let [position, attitude, velocity, turning] = if FREE {
             let [vx, vy, vz, wx, wy, wz] = solution.trunk;
             let attitude = quaternion_rate(state.attitude.quad().0, trunk.turning);
@@ -283,9 +426,10 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 pulley: state.pulley_rate,
                 pulley_rate: pulley_acceleration,
                 bristles: setting.bristles,
+                abduction,
             },
             flows: Flows {
-                actuator: solution.hip_torque * state.rates[0] + knee * state.pulley_rate,
+                actuator,
                 external: setting.external,
                 dissipated: setting.dissipated,
                 hip: solution.hip_torque,
@@ -303,13 +447,20 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         turns: &Turns<L, N>,
         entries: &[[L; N]; N],
         trunk: &TrunkMotion,
+        joint: Option<LegJoint<L>>,
     ) -> Equations<L, N> {
         let (legs, rates) = (self.legs, &self.state.rates);
         let zero = rates[0].zero();
         if FREE {
-            let carrier = Carrier {
-                turning: broadcast(zero, trunk.turning),
-                field: broadcast(zero, trunk.field),
+            let carrier = match &joint {
+                Some(LegJoint { frame, .. }) => Carrier {
+                    turning: frame.turning,
+                    field: frame.field,
+                },
+                None => Carrier {
+                    turning: broadcast(zero, trunk.turning),
+                    field: broadcast(zero, trunk.field),
+                },
             };
             let carried = Carried::new(legs, turns, rates, entries, &carrier);
             return Equations {
@@ -319,11 +470,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                     torques: carried.torques,
                 },
                 share: carried.share,
-                lateral: carried.lateral,
-                roll: carried.roll,
-                yaw: carried.yaw,
-                moment: carried.moment,
-                spread: carried.spread,
+                off_plane: carried.off_plane,
+                joint,
                 push: None,
             };
         }
@@ -350,11 +498,14 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
                 matrix: [zero; ENTRIES],
                 force: [zero; PLANE],
             },
-            lateral: zero,
-            roll: zero,
-            yaw: zero,
-            moment: [zero; 2],
-            spread: [zero; 3],
+            off_plane: OffPlane {
+                lateral: zero,
+                roll: zero,
+                yaw: zero,
+                moment: [zero; 2],
+                spread: [zero; 3],
+            },
+            joint: None,
             push: None,
         }
     }
@@ -371,36 +522,42 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
     ) -> Footforce<L> {
         let (legs, state) = (self.legs, self.state);
         let links = N - P + 1 + p;
-        let point = end_of(legs, turns, state, links, trunk);
-        let below = Below::new(self.simd, ground, trunk, &point);
-        let foot = below.force(&legs.sole, point.velocity, state.bristles[p]);
-        self.add_force::<FREE>(turns, links, &point, foot.force, equations);
+        let carriers = equations.carriers(trunk);
+        let end = end_of(legs, turns, state, links, carriers);
+        let below = Below::new(self.simd, ground, trunk, &end.point);
+        let foot = below.force(&legs.sole, end.point.velocity, state.bristles[p]);
+        self.add_force::<FREE>(turns, links, &end, foot.force, equations);
         foot
     }
 
-    /// Adds a force on the end of the first `links` links.
+    /// Adds a force in trunk axes on the end of the first `links` links.
     #[inline(always)]
     fn add_force<const FREE: bool>(
         &self,
         turns: &Turns<L, N>,
         links: usize,
-        point: &Point<L>,
-        [fx, fy, fz]: [L; 3],
+        end: &End<L>,
+        force: [L; 3],
         equations: &mut Equations<L, N>,
     ) {
+        let [fx, fy, fz] = match &equations.joint {
+            Some(joint) => joint.frame.into_leg(force),
+            None => force,
+        };
         for j in 0..links {
             let arm = turns.cosines[j] * fx + turns.sines[j] * fz;
             equations.links.torques[j] += self.legs.pantographs.links[j] * arm;
         }
         if FREE {
-            let [x, _, z] = point.place;
+            let [x, _, z] = end.place;
             let force = &mut equations.share.force;
             force[0] += fx;
             force[1] += fz;
             force[2] += z * fx - x * fz;
-            equations.lateral += fy;
-            equations.roll -= z * fy;
-            equations.yaw += x * fy;
+            let off_plane = &mut equations.off_plane;
+            off_plane.lateral += fy;
+            off_plane.roll -= z * fy;
+            off_plane.yaw += x * fy;
         }
     }
 
@@ -414,10 +571,11 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         equations: &mut Equations<L, N>,
     ) -> L {
         let pushed = Pushed::new(self.simd, (load, self.time), &trunk.rotation, [0.0; 3]);
-        let foot = end_of(self.legs, turns, self.state, 3, trunk);
+        let carriers = equations.carriers(trunk);
+        let foot = end_of(self.legs, turns, self.state, 3, carriers);
         self.add_force::<FREE>(turns, 3, &foot, pushed.feet, equations);
         equations.push = FREE.then_some(pushed.trunk);
-        pushed.power(self.simd, foot.velocity, trunk)
+        pushed.power(self.simd, foot.point.velocity, trunk)
     }
 }
 
@@ -426,9 +584,20 @@ struct Solution<L, const N: usize> {
     trunk: [f64; 6],
     links: [L; N],
     hip_torque: L,
+    /// Joints of abduction, if legs have them.
+    joint: Option<JointMotion<L>>,
 }
 
-impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_, S, N, P> {
+/// Accelerations of the trunk, of the planes of the legs, and of their joints.
+struct BaseMotion<L> {
+    trunk: [f64; 6],
+    plane: [L; PLANE],
+    joint: Option<JointMotion<L>>,
+}
+
+impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize>
+    Evaluation<'_, S, N, P, A>
+{
     /// Solves with the acceleration of the hips imposed.
     #[inline(always)]
     fn solve_imposed<const FREE: bool>(
@@ -442,12 +611,13 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         let eliminated = links.eliminate::<1, FREE>(&mut share);
         let mut imposed = equations.links.torques;
         imposed[0] = acceleration;
-        let (trunk, coupled) = self.trunk::<FREE>(equations, &share, trunk);
-        let links = eliminated.accelerations::<1, FREE>(&coupled, imposed);
+        let base = self.trunk::<FREE>(equations, &share, trunk);
+        let links = eliminated.accelerations::<1, FREE>(&base.plane, imposed);
         Solution {
-            trunk,
+            trunk: base.trunk,
+            joint: base.joint,
             links,
-            hip_torque: equations.links.first_torque::<FREE>(&links, &coupled),
+            hip_torque: equations.links.first_torque::<FREE>(&links, &base.plane),
         }
     }
 
@@ -464,10 +634,11 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         links.inertia[0][0] = links.inertia[0][0] + inertia;
         links.torques[0] += torque;
         let eliminated = links.eliminate::<0, FREE>(&mut share);
-        let (trunk, coupled) = self.trunk::<FREE>(equations, &share, trunk);
-        let links = eliminated.accelerations::<0, FREE>(&coupled, links.torques);
+        let base = self.trunk::<FREE>(equations, &share, trunk);
+        let links = eliminated.accelerations::<0, FREE>(&base.plane, links.torques);
         Solution {
-            trunk,
+            trunk: base.trunk,
+            joint: base.joint,
             links,
             hip_torque: torque - links[0] * inertia,
         }
@@ -498,41 +669,50 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
         }
         links.torques[0] = (links.torques[0] + limit).or(limited, imposed);
         let eliminated = links.eliminate::<0, FREE>(&mut share);
-        let (trunk, coupled) = self.trunk::<FREE>(equations, &share, trunk);
-        let links = eliminated.accelerations::<0, FREE>(&coupled, links.torques);
+        let base = self.trunk::<FREE>(equations, &share, trunk);
+        let links = eliminated.accelerations::<0, FREE>(&base.plane, links.torques);
         Solution {
-            trunk,
+            trunk: base.trunk,
+            joint: base.joint,
             links,
-            hip_torque: equations.links.first_torque::<FREE>(&links, &coupled),
+            hip_torque: equations.links.first_torque::<FREE>(&links, &base.plane),
         }
     }
 
-    /// Returns the acceleration of the trunk, and that of the plane of each leg.
+    /// Returns the accelerations of the trunk, of the plane of each leg, and of its joint.
     #[inline(always)]
     fn trunk<const FREE: bool>(
         &self,
         equations: &Equations<L, N>,
         share: &PlaneShare<L>,
         trunk: &TrunkMotion,
-    ) -> ([f64; 6], [L; PLANE]) {
-        let zero = equations.lateral.zero();
+    ) -> BaseMotion<L> {
+        let zero = equations.off_plane.lateral.zero();
         if !FREE {
-            return ([0.0; 6], [zero; PLANE]);
+            return BaseMotion {
+                trunk: [0.0; 6],
+                plane: [zero; PLANE],
+                joint: None,
+            };
         }
+        if let Some(joint) = &equations.joint {
+            return self.abducted(equations, share, joint, trunk);
+        }
+        let off_plane = &equations.off_plane;
         let hy = self.legs.hip[1];
         let [xx, zx, zz, px, pz, pp] = share.matrix;
         let [fx, fz, pitch] = share.force;
-        let [sx, sz] = equations.moment;
-        let [mxx, mzz, mxz] = equations.spread;
+        let [sx, sz] = off_plane.moment;
+        let [mxx, mzz, mxz] = off_plane.spread;
         // Forces forward and up act beside the centre of mass.
         let (hxx, hzx, hzz) = (hy * xx, hy * zx, hy * zz);
         let a = L::sums([xx, zx, zz, px]).quad().0;
         let b = L::sums([pz, pp, hxx, hzx]).quad().0;
         let c = L::sums([hzz, hy * px, hy * pz, hy * hxx + mxx]).quad().0;
         let d = L::sums([hy * hzz + mzz, hy * hzx + mxz, fx, fz]).quad().0;
-        let roll = equations.roll + hy * fz;
-        let yaw = equations.yaw - hy * fx;
-        let e = L::sums([pitch, roll, yaw, equations.lateral]).quad().0;
+        let roll = off_plane.roll + hy * fz;
+        let yaw = off_plane.yaw - hy * fx;
+        let e = L::sums([pitch, roll, yaw, off_plane.lateral]).quad().0;
         let f = L::sums([sx, sz, self.legs.mass_hip[1], zero]).quad().0;
         let model = self.model;
         let [inertia_x, inertia_y, inertia_z] = model.inertia;
@@ -579,6 +759,51 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize> Evaluation<'_
             zero.like(z) + hy * roll,
             zero.like(pitch),
         ];
-        (accelerations, plane)
+        BaseMotion {
+            trunk: accelerations,
+            plane,
+            joint: None,
+        }
+    }
+
+    /// Returns the same with legs that abduct.
+    #[inline(always)]
+    fn abducted(
+        &self,
+        equations: &Equations<L, N>,
+        share: &PlaneShare<L>,
+        joint: &LegJoint<L>,
+        trunk: &TrunkMotion,
+    ) -> BaseMotion<L> {
+        let (model, beside, LegJoint { frame, drive }) = (self.model, self.legs.hip[1], joint);
+        let mut body = LegBody::new((self.legs.mass, beside), share, &equations.off_plane, frame);
+        let row = body.eliminate(drive);
+        let mut system = body.into_trunk(frame);
+        system.add_trunk(model, trunk);
+        if let Some(push) = equations.push {
+            system.push(push);
+        }
+        let accelerations = system.solve(model.base);
+        let [linear, angular] = frame.acceleration(accelerations);
+        let motion = row.motion(drive, [linear, angular]);
+        let [about_y, about_z] = frame.swing;
+        let plane = [
+            linear[0] - beside * (angular[2] + about_z),
+            linear[2] + beside * (angular[0] + motion.acceleration),
+            angular[1] + about_y,
+        ];
+        BaseMotion {
+            trunk: accelerations,
+            plane,
+            joint: Some(motion),
+        }
+    }
+}
+
+impl<L: Lanes, const N: usize> Equations<L, N> {
+    /// Returns the carriers of the legs.
+    #[inline(always)]
+    fn carriers<'a>(&'a self, trunk: &'a TrunkMotion) -> Carriers<'a, L> {
+        Carriers::new(self.joint.as_ref().map(|joint| &joint.frame), trunk)
     }
 }

@@ -6,7 +6,7 @@ use twinrig_compliant::{Flows, Joints};
 /// Positions and velocities of trunk, links and pulleys, with `N` links and `P` contact points a
 /// leg. `T` is [`Quad`] in memory, or lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct State<T, const N: usize, const P: usize> {
+pub(crate) struct State<T, const N: usize, const P: usize, const A: usize> {
     /// Position of the trunk's own centre of mass, world frame \[m\].
     pub(crate) position: T,
     /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world, of any length.
@@ -22,21 +22,57 @@ pub(crate) struct State<T, const N: usize, const P: usize> {
     pub(crate) pulley_rate: T,
     /// Deflection of the sole along the two tangents of the ground, by contact point \[m\].
     pub(crate) bristles: [[T; 2]; P],
+    /// Joints of abduction, if legs have them.
+    pub(crate) abduction: [Abduction<T>; A],
+}
+
+/// Joint of abduction of each leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Abduction<T> {
+    /// Angle \[rad\] and its rate \[rad/s\].
+    pub(crate) angle: T,
+    pub(crate) rate: T,
+    /// Integral of the torque of the drive on the leg \[N·m·s\].
+    pub(crate) impulse: T,
+}
+
+impl Abduction<Quad> {
+    /// Returns joints at rest at zero.
+    pub(crate) const fn at_rest() -> Self {
+        let zero = Quad::splat(0.0);
+        Self {
+            angle: zero,
+            rate: zero,
+            impulse: zero,
+        }
+    }
+}
+
+impl<T: Copy> Abduction<T> {
+    /// Applies a function to all members.
+    #[inline(always)]
+    fn map<U>(&self, mut of: impl FnMut(T) -> U) -> Abduction<U> {
+        Abduction {
+            angle: of(self.angle),
+            rate: of(self.rate),
+            impulse: of(self.impulse),
+        }
+    }
 }
 
 /// Time derivative of a state, with powers and forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slope<T, const N: usize, const P: usize> {
-    pub(crate) state: State<T, N, P>,
+pub(crate) struct Slope<T, const N: usize, const P: usize, const A: usize> {
+    pub(crate) state: State<T, N, P, A>,
     pub(crate) flows: Flows<T>,
     /// Compressed elements.
     pub(crate) compressed: T,
 }
 
-impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
+impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> {
     /// Applies a function to all members.
     #[inline(always)]
-    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P, A> {
         // `array::map` is not always inlined.
         let (mut angles, mut rates) = ([of(self.angles[0]); N], [of(self.rates[0]); N]);
         for i in 1..N {
@@ -56,6 +92,7 @@ impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
             pulley: of(self.pulley),
             pulley_rate: of(self.pulley_rate),
             bristles,
+            abduction: self.abduction.each_ref().map(|joint| joint.map(&mut of)),
         }
     }
 
@@ -63,7 +100,7 @@ impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
     #[inline(always)]
     pub(crate) fn zip<U: Copy>(
         &self,
-        other: &State<U, N, P>,
+        other: &State<U, N, P, A>,
         mut of: impl FnMut(T, U) -> T,
     ) -> Self {
         let mut next = *self;
@@ -82,14 +119,22 @@ impl<T: Copy, const N: usize, const P: usize> State<T, N, P> {
                 next.bristles[i][k] = of(self.bristles[i][k], other.bristles[i][k]);
             }
         }
+        for i in 0..A {
+            let (joint, by) = (&self.abduction[i], &other.abduction[i]);
+            next.abduction[i] = Abduction {
+                angle: of(joint.angle, by.angle),
+                rate: of(joint.rate, by.rate),
+                impulse: of(joint.impulse, by.impulse),
+            };
+        }
         next
     }
 }
 
-impl<T: Copy, const N: usize, const P: usize> Slope<T, N, P> {
+impl<T: Copy, const N: usize, const P: usize, const A: usize> Slope<T, N, P, A> {
     /// Applies a function to all members.
     #[inline(always)]
-    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P, A> {
         Slope {
             state: self.state.map(&mut of),
             flows: self.flows.map(&mut of),
@@ -98,21 +143,21 @@ impl<T: Copy, const N: usize, const P: usize> Slope<T, N, P> {
     }
 }
 
-impl<const N: usize, const P: usize> State<Quad, N, P> {
+impl<const N: usize, const P: usize, const A: usize> State<Quad, N, P, A> {
     #[inline(always)]
-    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, N, P> {
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, N, P, A> {
         self.map(|quad| simd.load(quad))
     }
 }
 
-impl<L: Lanes, const N: usize, const P: usize> State<L, N, P> {
+impl<L: Lanes, const N: usize, const P: usize, const A: usize> State<L, N, P, A> {
     #[inline(always)]
-    pub(crate) fn store(&self) -> State<Quad, N, P> {
+    pub(crate) fn store(&self) -> State<Quad, N, P, A> {
         self.map(L::quad)
     }
 }
 
-impl<L: Copy, const N: usize, const P: usize> State<L, N, P> {
+impl<L: Copy, const N: usize, const P: usize, const A: usize> State<L, N, P, A> {
     /// Returns the motion of links and pulleys.
     #[inline(always)]
     pub(crate) fn joints(&self) -> Joints<'_, L, N> {

@@ -1,6 +1,6 @@
 //! Construction of a plant from a robot and options.
 
-use twinrig_legged::{Constraints, FromRobot, Setup};
+use twinrig_legged::{Abduction, Constraints, FromRobot, Setup};
 use twinrig_robot::Robot;
 
 use super::rigid::initial_flow;
@@ -35,13 +35,27 @@ impl FromRobot for dyn Formulation {
             let leg = mount.name.clone();
             return Err(LcpError::Toe { leg });
         }
+        let abducts = options.setup.abduction != Abduction::Locked;
+        match (options.constraints, toes) {
+            (Constraints::Rigid, _) => {
+                options.setup.check_locked("`lcp` with rigid constraints")?
+            }
+            (_, true) => options.setup.check_locked("`lcp` with toe joints")?,
+            _ => {}
+        }
         Ok(match (options.constraints, toes) {
             (Constraints::Rigid, false) => Box::new(initial_flow::<3>(robot, options)?),
             (Constraints::Rigid, true) => Box::new(initial_flow::<4>(robot, options)?),
-            (Constraints::Compliant, false) => {
-                Box::new(compliant::initial::<3, 1>(robot, options)?)
+            (Constraints::Compliant, false) if abducts => {
+                let joints = compliant::abduction(robot, &options.setup)?;
+                Box::new(compliant::initial::<3, 1, 1>(robot, options, [joints])?)
             }
-            (Constraints::Compliant, true) => Box::new(compliant::initial::<4, 2>(robot, options)?),
+            (Constraints::Compliant, false) => {
+                Box::new(compliant::initial::<3, 1, 0>(robot, options, [])?)
+            }
+            (Constraints::Compliant, true) => {
+                Box::new(compliant::initial::<4, 2, 0>(robot, options, [])?)
+            }
         })
     }
 }

@@ -6,7 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::{Ground, Surface, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_legged::{
-    Base, Drives, FootMotion, LEGS, Ledger, Readings, SetPoint, Setup, Signals, Start, Window,
+    Abduction, Base, Drives, FootMotion, LEGS, Ledger, Readings, SetPoint, Setup, Signals, Start,
+    Window,
 };
 use twinrig_robot::Motor;
 use twinrig_runtime::EnergyBalance;
@@ -24,6 +25,7 @@ fn setup(drives: bool, ground: bool) -> Setup {
         } else {
             Drives::None
         },
+        abduction: Abduction::Locked,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

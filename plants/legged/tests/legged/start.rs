@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Base, Drives, LeggedError, SetPoint, Setup, Start, StartPose};
+use twinrig_legged::{Abduction, Base, Drives, LeggedError, SetPoint, Setup, Start, StartPose};
 use twinrig_robot::leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_robot::{Robot, RobotFile};
 
@@ -171,6 +171,7 @@ fn setup(base: Base, legs: &[&str], ground: Option<Terrain>) -> Setup {
         ground: ground.map(|terrain| Ground::new(terrain, 0.6, 0.0).unwrap()),
         step: SimDuration::from_millis(1),
         drives: Drives::None,
+        abduction: Abduction::Locked,
         set_point: SetPoint::Held,
         start: pose([0.3, -0.4, 0.4]),
     }

@@ -157,7 +157,7 @@ impl Equations for CompliantEquations {
 
     fn element_names(&self) -> [&'static str; ELEMENTS] {
         let [a, b, c, d, e, f] = INSIDE_NAMES;
-        [a, b, c, d, e, f, "ground", "ankle"]
+        [a, b, c, d, e, f, "ground", "ankle", "abduction"]
     }
 
     fn leg_name(&self, leg: usize) -> &str {

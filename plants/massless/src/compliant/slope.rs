@@ -12,7 +12,7 @@
 //! The drive of the hip bears l₁ n₁·f − τ₁; the trunk bears −f, at the foot. Sideways the foot
 //! moves with the trunk.
 
-use twinrig_compliant::events::{ELEMENTS, GROUND, if_compressed};
+use twinrig_compliant::events::{GROUND, OWN, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::stop::{LEAST, barrier};
@@ -79,7 +79,7 @@ impl<L: Lanes> LegMotion<L> {
 }
 
 /// Index of the element between second and third link.
-pub(crate) const ANKLE: usize = ELEMENTS - 1;
+pub(crate) const ANKLE: usize = OWN;
 
 /// Returns the depth of the stop that keeps second and third link from one line, where the foot
 /// does not determine their rates \[m\].

@@ -1,6 +1,6 @@
 //! Compliant constraints in a trot, and setups that they refuse.
 
-use twinrig_legged::{Drives, LeggedError, SetPoint, Setup};
+use twinrig_legged::{Abduction, Drives, LeggedError, SetPoint, Setup};
 use twinrig_massless::{Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Plant, PlantEventKind};
@@ -16,6 +16,7 @@ fn build(robot: &Robot, setup: Setup) -> Result<Massless, MasslessError> {
 /// Setup of a trot with linear set-points.
 fn linear(robot: &Robot) -> Setup {
     Setup {
+        abduction: Abduction::Locked,
         set_point: SetPoint::Linear {
             period: twinrig_kernel::SimDuration::from_millis(2),
         },

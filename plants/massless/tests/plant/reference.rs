@@ -3,7 +3,7 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::{Base, Drives, SetPoint, Setup};
+use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup};
 use twinrig_robot::Robot;
 use twinrig_robot::leg::LegCommand;
 use twinrig_runtime::Plant;
@@ -81,6 +81,7 @@ impl Reference {
                 .then(|| Ground::new(Terrain::Flat, 1.0, 0.0).unwrap()),
             step,
             drives: Drives::Ideal { period: 5e-3 },
+            abduction: Abduction::Locked,
             set_point: SetPoint::Held,
             start: start.collect(),
         }

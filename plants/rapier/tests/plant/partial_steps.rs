@@ -2,7 +2,7 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::{Base, Drives, SetPoint, Setup, Start, StartPose};
+use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start, StartPose};
 use twinrig_rapier::Joints;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
@@ -28,6 +28,7 @@ fn on_motors(robot: &Robot, base: Base) -> Setup {
             hip: motors.hip,
             knee: motors.knee,
         },
+        abduction: Abduction::Locked,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

@@ -9,7 +9,7 @@ const OF_FIRST: f64 = 1.5;
 const OF_LAST_BUT_ONE: f64 = 10.0;
 
 /// Factor of the deviation of other runs.
-const OF_DEVIATION: f64 = 1.5;
+const OF_DEVIATION: f64 = 2.0;
 
 /// Number of runs, the first included, by which values are expected to converge.
 const FEW: usize = 3;

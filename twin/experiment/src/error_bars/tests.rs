@@ -190,13 +190,13 @@ fn unpredictable_value_has_the_deviation_of_other_runs() {
         bar_of(slip, 0.1, &finer.map(Some), perturbed, beyond).0
     };
     let found = bar([0.1, 0.11, 0.1], &[Some(0.13), Some(0.06)], false);
-    // 1.5 √((0.03² + 0.04²)/2)
-    assert!((found.error.unwrap() - 1.5 * 0.025 * f64::sqrt(2.0)).abs() < 1e-12);
+    // 2 √((0.03² + 0.04²)/2)
+    assert!((found.error.unwrap() - 2.0 * 0.025 * f64::sqrt(2.0)).abs() < 1e-12);
     assert_eq!(found.error_by, Some(ErrorSource::Ensemble));
     assert!(!found.decided);
     // A finer run is one of them.
     let found = bar([0.1, 0.15, 0.1], &[Some(0.13), Some(0.06)], false);
-    assert!((found.error.unwrap() - 1.5 * 0.05).abs() < 1e-12);
+    assert!((found.error.unwrap() - 2.0 * 0.05).abs() < 1e-12);
     // Past the horizon values may seem to converge.
     let same = [Some(0.11), Some(0.11)];
     assert!(bar([0.1, 0.1, 0.1], &same, false).error < Some(1e-12));

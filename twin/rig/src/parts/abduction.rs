@@ -1,15 +1,20 @@
-//! Hip-abduction servos beside a plant, which no plant simulates.
+//! Hip-abduction servos beside a plant whose joints of abduction are locked.
 
 use twinrig_actuator::drives::ServoBench;
 use twinrig_kernel::{Port, signal};
 use twinrig_runtime::{CompositePlant, Plant};
+use twinrig_scenario::Abduction;
 
 use crate::error::BuildError;
 use crate::parts::context::PlantContext;
 use crate::parts::setup::set_point;
 
-/// Returns the simulated legs whose hip abduction the controller commands.
+/// Returns the simulated legs whose hip abduction the controller commands while the joints are
+/// locked.
 fn abducted_legs(context: &PlantContext<'_>) -> Vec<String> {
+    if context.plant.abduction == Abduction::Free {
+        return Vec::new();
+    }
     let abducted = |leg: &&&str| {
         let name = signal::command(leg, "abduction");
         let mut commands = context.first_commands.iter();
@@ -24,8 +29,8 @@ pub(crate) fn abduction_ports(context: &PlantContext<'_>) -> Vec<Port> {
     ServoBench::ports_of(&abducted_legs(context))
 }
 
-/// Combines the plant with servos for hip abduction, which no plant simulates; returns the plant
-/// itself if the controller does not command abduction.
+/// Combines the plant with servos for locked hip abduction; returns the plant itself if the
+/// controller does not command abduction, or if the joints are not locked.
 pub(crate) fn with_abduction(
     plant: Box<dyn Plant>,
     context: &PlantContext<'_>,

@@ -5,14 +5,16 @@ use std::sync::Arc;
 use twinrig_contact::{Ground, HeightField, Levels, Patch, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_legged::{
-    Base, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup, Signals, Start,
+    Abduction, Base, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup, Signals,
+    Start,
 };
 use twinrig_robot::leg::LegCommand;
 use twinrig_robot::serial::SerialServo;
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
-    ActuatorKind, Base as SceneBase, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
-    Profile, PulseShape, PushLoad, PushSite, PushSpec, ServoOverride, SetPointKind,
+    Abduction as SceneAbduction, ActuatorKind, Base as SceneBase, Ground as SceneGround,
+    GroundBelow, Heights, PlantSpec, Profile, PulseShape, PushLoad, PushSite, PushSpec,
+    ServoOverride, SetPointKind,
 };
 
 use crate::error::BuildError;
@@ -38,6 +40,7 @@ pub fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, Bui
             .transpose()?,
         step: plant.step.unwrap_or(step),
         drives: drives(context)?,
+        abduction: abduction(context)?,
         set_point: set_point(context),
         start: start(context),
     })
@@ -124,6 +127,26 @@ fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
             Drives::Motors { hip, knee }
         }
         ActuatorKind::Serial => Drives::Serial(Box::new(serial(context.robot)?)),
+    })
+}
+
+/// Returns the joints of hip abduction, with the servos of the robot file.
+fn abduction(context: &PlantContext<'_>) -> Result<Abduction, BuildError> {
+    if context.plant.abduction == SceneAbduction::Locked {
+        return Ok(Abduction::Locked);
+    }
+    let servo = context.robot.actuators.abduction;
+    Ok(match (context.actuator.kind, servo) {
+        (ActuatorKind::None, _) | (ActuatorKind::Servo | ActuatorKind::Motor, None) => {
+            Abduction::Passive
+        }
+        (ActuatorKind::Ideal, _) => Abduction::Ideal {
+            period: context.command_period.as_secs_f64(),
+        },
+        (ActuatorKind::Servo | ActuatorKind::Motor, Some(servo)) => Abduction::Servos(servo),
+        (ActuatorKind::Serial, _) => {
+            return Err("serial servos drive no abduction: choose `abduction = \"locked\"`".into());
+        }
     })
 }
 

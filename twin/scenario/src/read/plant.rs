@@ -14,7 +14,7 @@ use crate::language::{
     Accepts, Declared, Key, Part, Shape, Special, TableSpec, Type, Words, choice, contextual,
     quantity, table,
 };
-use crate::scenario::{Base, Ground, Heights, PlantSpec, Profile, StartPose};
+use crate::scenario::{Abduction, Base, Ground, Heights, PlantSpec, Profile, StartPose};
 
 table! {
     /// Keys of `[plant]` of every model.
@@ -23,6 +23,8 @@ table! {
     MODEL: () = "model", contextual(Shape::Other(Special::Kind(Part::Plant))), "model", r#"model = "lcp""#,
         required();
     BASE: Base = "base", choice(), "mobility of the trunk", r#"base = "fixed""#, default("'free'");
+    ABDUCTION: Abduction = "abduction", choice(), "joints of hip abduction",
+        r#"abduction = "free""#, default("'locked'");
     LEGS: Vec<Placed<String>> = "legs", super::LEGS, "simulated legs", r#"legs = ["LF", "RH"]"#,
         otherwise("all");
     GROUND: Ground = "ground", Type::new(Shape::Table(ground_table::TABLE), |item, _| ground(item)),
@@ -42,9 +44,15 @@ table! {
 }
 
 /// Returns the keys of the models of a robot: standalone ones have none of them.
-pub(crate) fn robot_keys() -> [&'static str; 4] {
-    use plant_table::{BASE, GROUND, LEGS, START};
-    [BASE.name, LEGS.name, GROUND.name, START.name]
+pub(crate) fn robot_keys() -> [&'static str; 5] {
+    use plant_table::{ABDUCTION, BASE, GROUND, LEGS, START};
+    [
+        BASE.name,
+        ABDUCTION.name,
+        LEGS.name,
+        GROUND.name,
+        START.name,
+    ]
 }
 
 const LEGS: Type<Vec<Placed<String>>> =
@@ -154,7 +162,7 @@ pub(super) fn plant(
     catalogue: &Catalogue,
     observe: SimDuration,
 ) -> Result<PlantSpec, Reported> {
-    use plant_table::{BASE, COUPLING, GROUND, LEGS, MODEL, START, STEP};
+    use plant_table::{ABDUCTION, BASE, COUPLING, GROUND, LEGS, MODEL, START, STEP};
     let table = &item.table()?;
     let table = plant_table::TABLE.of(table);
     let coupling = table.get_with(&COUPLING, |item| coupling(item, observe));
@@ -165,6 +173,7 @@ pub(super) fn plant(
         return standalone(table, model, coupling?.unwrap_or_default());
     }
     let (base, legs) = (table.read(&BASE), table.get(&LEGS));
+    let abduction = table.read(&ABDUCTION);
     let (ground, start, step) = (table.get(&GROUND), table.get(&START), table.get(&STEP));
     let model = model.inspect_err(|_| table.give_up())?;
     let options = options(&table, &model.options);
@@ -173,6 +182,7 @@ pub(super) fn plant(
         model: model.name.clone(),
         is_standalone: model.standalone.is_some(),
         base: base?,
+        abduction: abduction?,
         legs: legs?,
         ground: ground?,
         payloads: Vec::new(),
@@ -196,6 +206,7 @@ fn standalone(
         model: model.name.clone(),
         is_standalone: true,
         base: Base::Free,
+        abduction: Abduction::Locked,
         legs: None,
         ground: None,
         payloads: Vec::new(),
