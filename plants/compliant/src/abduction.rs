@@ -13,28 +13,39 @@
 //!
 //! The stops are one-sided springs like those inside the leg, at a distance from the axis.
 
-use twinrig_robot::{LegMount, OneSided};
+mod body;
+mod drive;
+mod frame;
+mod spatial;
+
+pub use body::{JointRow, LegBody};
+pub use drive::{JointDrive, JointMotion, JointState, Limited};
+pub use frame::LegFrame;
+pub use spatial::SpatialSystem;
+
+use twinrig_legged::{LeggedError, Setup};
+use twinrig_robot::{LegMount, OneSided, Robot};
 
 use crate::element::Element;
-use crate::ground::{Point, TrunkMotion};
 use crate::lanes::{LANES, Lanes, Quad, Simd};
+use crate::servo::ServoLaw;
 
 /// Joint of one leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AbductionConstants {
+struct Constants {
     /// Position of the axis in the trunk frame, left and up \[m\].
-    pub axis: [f64; 2],
+    axis: [f64; 2],
     /// Least and greatest angle \[rad\].
-    pub range: [f64; 2],
+    range: [f64; 2],
     /// Viscous friction \[N·m·s/rad\].
-    pub friction: f64,
+    friction: f64,
     /// Stops at both ends of the range.
-    pub stops: OneSided,
+    stops: OneSided,
     /// Distance of the stops from the axis \[m\].
-    pub lever: f64,
+    lever: f64,
 }
 
-impl AbductionConstants {
+impl Constants {
     /// Placeholder for an absent leg.
     const ABSENT: Self = Self {
         axis: [0.0; 2],
@@ -49,7 +60,7 @@ impl AbductionConstants {
     };
 
     /// Returns the joint of a leg with compliant stops, if the leg has one.
-    pub fn new(mount: &LegMount) -> Option<Self> {
+    fn new(mount: &LegMount) -> Option<Self> {
         let (joint, compliance) = (mount.leg.abduction?, mount.leg.compliance?);
         let [_, y, z] = mount.hip;
         let is_right = y < 0.0;
@@ -78,6 +89,8 @@ pub struct AbductionJoints<T> {
     friction: T,
     stops: Element<T>,
     lever: T,
+    /// Servo; joints without one turn freely.
+    servo: Option<ServoLaw>,
 }
 
 /// Torque of stops and friction of a joint.
@@ -94,19 +107,42 @@ pub struct Resistance<L> {
 }
 
 impl AbductionJoints<Quad> {
-    /// Places the joints of up to four legs side by side.
-    pub fn side_by_side(legs: &[AbductionConstants]) -> Self {
-        let legs: [AbductionConstants; LANES] = std::array::from_fn(|lane| {
-            let leg = legs.get(lane).copied();
-            leg.unwrap_or(AbductionConstants::ABSENT)
-        });
-        let quad = |of: &dyn Fn(&AbductionConstants) -> f64| Quad(legs.each_ref().map(of));
+    /// Places the joints of the selected legs of a robot side by side.
+    ///
+    /// # Errors
+    /// As [`Setup::abducting_mounts`] and [`Setup::abduction_servo`], and
+    /// [`LeggedError::Compliance`].
+    pub fn new(robot: &Robot, setup: &Setup) -> Result<Self, LeggedError> {
+        setup.compliances(robot)?;
+        let servo = setup.abduction_servo(robot)?;
+        let mut legs = [Constants::ABSENT; LANES];
+        for (leg, mount) in legs.iter_mut().zip(setup.abducting_mounts(robot)?) {
+            *leg = Constants::new(mount).unwrap_or(Constants::ABSENT);
+        }
+        Ok(Self::side_by_side(
+            &legs,
+            servo.as_ref().map(ServoLaw::from),
+        ))
+    }
+
+    /// Returns the same for coordinates whose origin is `centre` from that of the trunk \[m\].
+    #[must_use]
+    pub fn about(mut self, [_, y, z]: [f64; 3]) -> Self {
+        for (axis, by) in self.axis.iter_mut().zip([y, z]) {
+            axis.0.iter_mut().for_each(|place| *place -= by);
+        }
+        self
+    }
+
+    fn side_by_side(legs: &[Constants; LANES], servo: Option<ServoLaw>) -> Self {
+        let quad = |of: &dyn Fn(&Constants) -> f64| Quad(legs.each_ref().map(of));
         Self {
             axis: [0, 1].map(|i| quad(&|leg| leg.axis[i])),
             range: [0, 1].map(|i| quad(&|leg| leg.range[i])),
             friction: quad(&|leg| leg.friction),
             stops: Element::side_by_side(legs.map(|leg| leg.stops)),
             lever: quad(&|leg| leg.lever),
+            servo,
         }
     }
 
@@ -119,7 +155,15 @@ impl AbductionJoints<Quad> {
             friction: simd.load(self.friction),
             stops: self.stops.load(simd),
             lever: simd.load(self.lever),
+            servo: self.servo,
         }
+    }
+}
+
+impl<T> AbductionJoints<T> {
+    /// Returns the inertia of a drive \[kg·m²\].
+    pub fn inertia(&self) -> f64 {
+        self.servo.as_ref().map_or(0.0, |servo| servo.inertia())
     }
 }
 
@@ -157,140 +201,5 @@ impl<L: Lanes> AbductionJoints<L> {
     pub fn energy(&self, angle: L) -> L {
         let [depth, _] = self.depth(angle);
         self.stops.energy(depth)
-    }
-
-    /// Returns the frames that carry the legs, at these angles \[rad\] and rates \[rad/s\].
-    #[inline(always)]
-    pub fn frame(&self, angle: L, rate: L, trunk: &TrunkMotion) -> LegFrame<L> {
-        let ([sine], [cosine]) = L::sin_cos([angle]);
-        let ([y, z], zero) = (self.axis, angle.zero());
-        let [wx, wy, wz] = trunk.turning;
-        let [vx, vy, vz] = trunk.velocity;
-        // ω × a, then ω × (ω × a).
-        let around = [z * wy - y * wz, zero - z * wx, y * wx];
-        let inward = [
-            around[2] * wy - around[1] * wz,
-            around[0] * wz - around[2] * wx,
-            around[1] * wx - around[0] * wy,
-        ];
-        let turning = [zero.like(wx), zero.like(wy), zero.like(wz)];
-        let field = std::array::from_fn(|i| zero.like(trunk.field[i]) - inward[i]);
-        let mut frame = LegFrame {
-            sine,
-            cosine,
-            axis: self.axis,
-            velocity: [around[0] + vx, around[1] + vy, around[2] + vz],
-            turning,
-            field,
-            swing: [zero; 2],
-        };
-        frame.velocity = frame.into_leg(frame.velocity);
-        frame.field = frame.into_leg(frame.field);
-        let [x, y, z] = frame.into_leg(turning);
-        frame.turning = [x + rate, y, z];
-        frame.swing = [rate * z, -(rate * y)];
-        frame
-    }
-}
-
-/// Frames that carry legs, whose origins lie on the axes of abduction.
-#[derive(Debug, Clone, Copy)]
-pub struct LegFrame<L> {
-    sine: L,
-    cosine: L,
-    /// Left and up \[m\].
-    pub axis: [L; 2],
-    /// V and Ω, leg axes \[m/s, rad/s\].
-    pub velocity: [L; 3],
-    /// See [`Self::velocity`].
-    pub turning: [L; 3],
-    /// Rᵀ (g − ω × (v + ω × a)) \[m/s²\].
-    pub field: [L; 3],
-    /// Angular acceleration without those of trunk and joint, about the second and the third axis of
-    /// the leg \[rad/s²\].
-    pub swing: [L; 2],
-}
-
-impl<L: Lanes> LegFrame<L> {
-    /// Transforms a vector from trunk to leg axes.
-    #[inline(always)]
-    #[must_use]
-    pub fn into_leg(&self, [x, y, z]: [L; 3]) -> [L; 3] {
-        [
-            x,
-            self.cosine * y + self.sine * z,
-            self.cosine * z - self.sine * y,
-        ]
-    }
-
-    /// Transforms a vector from leg to trunk axes.
-    #[inline(always)]
-    #[must_use]
-    pub fn into_trunk(&self, [x, y, z]: [L; 3]) -> [L; 3] {
-        [
-            x,
-            self.cosine * y - self.sine * z,
-            self.sine * y + self.cosine * z,
-        ]
-    }
-
-    /// Transforms a symmetric matrix, row by row up to the diagonal, from leg to trunk axes.
-    #[inline(always)]
-    #[must_use]
-    pub fn tensor_into_trunk(&self, [xx, yx, yy, zx, zy, zz]: [L; 6]) -> [L; 6] {
-        let (s, c) = (self.sine, self.cosine);
-        let (difference, mixed) = (yy - zz, s * c);
-        let shift = s * s * difference + (mixed + mixed) * zy;
-        [
-            xx,
-            c * yx - s * zx,
-            yy - shift,
-            s * yx + c * zx,
-            mixed * difference + (c * c - s * s) * zy,
-            zz + shift,
-        ]
-    }
-
-    /// Transforms a point and its velocity within the leg, in leg axes, to those in trunk axes.
-    #[inline(always)]
-    #[must_use]
-    pub fn point(&self, [x, y, z]: [L; 3], [u, w]: [L; 2]) -> Point<L> {
-        let ([wx, wy, wz], [vx, vy, vz]) = (self.turning, self.velocity);
-        let [px, py, pz] = self.into_trunk([x, y, z]);
-        let [left, up] = self.axis;
-        Point {
-            place: [px, py + left, pz + up],
-            velocity: self.into_trunk([
-                u + (z * wy - y * wz + vx),
-                x * wz - z * wx + vy,
-                w + (y * wx - x * wy + vz),
-            ]),
-        }
-    }
-
-    /// Returns a force and a torque about the axis, in leg axes, as a force and a torque about the
-    /// origin of the trunk in its axes.
-    #[inline(always)]
-    #[must_use]
-    pub fn wrench_into_trunk(&self, force: [L; 3], torque: [L; 3]) -> [[L; 3]; 2] {
-        let [fx, fy, fz] = self.into_trunk(force);
-        let [x, y, z] = self.into_trunk(torque);
-        let [left, up] = self.axis;
-        [
-            [fx, fy, fz],
-            [x + (left * fz - up * fy), y + up * fx, z - left * fx],
-        ]
-    }
-
-    /// Returns the acceleration of the frame that belongs to that of the trunk: A and Rᵀ ω̇.
-    #[inline(always)]
-    #[must_use]
-    pub fn acceleration(&self, trunk: [f64; 6]) -> [[L; 3]; 2] {
-        let [left, up] = self.axis;
-        let [x, y, z, roll, pitch, yaw] = trunk;
-        let linear = self.into_leg([up * pitch - left * yaw + x, up * -roll + y, left * roll + z]);
-        let zero = left.zero();
-        let angular = self.into_leg([zero.like(roll), zero.like(pitch), zero.like(yaw)]);
-        [linear, angular]
     }
 }

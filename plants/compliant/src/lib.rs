@@ -64,7 +64,10 @@ mod rk4;
 mod servo;
 pub mod stop;
 
-pub use abduction::{AbductionConstants, AbductionJoints, LegFrame, Resistance};
+pub use abduction::{
+    AbductionJoints, JointDrive, JointMotion, JointRow, JointState, LegBody, LegFrame, Limited,
+    Resistance, SpatialSystem,
+};
 pub use commands::Commands;
 pub use element::{Element, Press};
 pub use flow::{

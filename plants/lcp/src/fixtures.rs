@@ -39,15 +39,15 @@ pub(crate) fn flat() -> Ground {
     Ground::new(Terrain::Flat, 0.6, 0.0).unwrap()
 }
 
-/// Builds a robot in a pose, with legs of `N` links.
-pub(crate) fn flow<const N: usize>(
+/// Returns the setup of all legs of a robot in a pose.
+pub(crate) fn setup(
     robot: &Robot,
     base: Base,
     (angles, rates): Pose,
     drives: Drives,
     ground: Option<Ground>,
-) -> Flow<N> {
-    let setup = Setup {
+) -> Setup {
+    Setup {
         base,
         legs: robot.legs.iter().map(|mount| mount.name.clone()).collect(),
         ground,
@@ -60,7 +60,18 @@ pub(crate) fn flow<const N: usize>(
             rates,
         }
         .into(),
-    };
+    }
+}
+
+/// Builds a robot in a pose, with legs of `N` links.
+pub(crate) fn flow<const N: usize>(
+    robot: &Robot,
+    base: Base,
+    pose: Pose,
+    drives: Drives,
+    ground: Option<Ground>,
+) -> Flow<N> {
+    let setup = setup(robot, base, pose, drives, ground);
     let model = Model::<N>::new(robot, &setup).unwrap();
     let zero = Lanes::zero();
     let mut state = State {

@@ -3,10 +3,11 @@
 use std::fmt::Debug;
 use std::ops::Add;
 
+use twinrig_compliant::AbductionJoints;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Base, Constraints, Dynamics, FromRobot, LEGS, LeggedPlant, PartFault, Posture, Setup,
-    StepInputs, StepLoad,
+    Abduction, Base, Constraints, Dynamics, FromRobot, LEGS, LeggedPlant, PartFault, Posture,
+    Setup, StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -30,10 +31,15 @@ impl FromRobot for dyn Formulation {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MasslessError> {
-        options.setup.check_locked("`massless`")?;
-        Ok(match options.constraints {
-            Constraints::Rigid => Islands::from_robot(robot, options)?,
-            Constraints::Compliant => Box::new(compliant::initial(robot, options)?),
+        Ok(match (options.constraints, &options.setup.abduction) {
+            (Constraints::Rigid, _) => Islands::from_robot(robot, options)?,
+            (Constraints::Compliant, Abduction::Locked) => {
+                Box::new(compliant::initial(robot, options, [])?)
+            }
+            (Constraints::Compliant, _) => {
+                let joints = AbductionJoints::new(robot, &options.setup)?;
+                Box::new(compliant::initial(robot, options, [joints])?)
+            }
         })
     }
 }
@@ -59,7 +65,9 @@ impl FromRobot for Islands {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MasslessError> {
-        options.setup.check_locked("`massless`")?;
+        options
+            .setup
+            .check_locked("`massless` with rigid constraints")?;
         let flows = islands(robot, options)?
             .iter()
             .map(|island| {

@@ -7,6 +7,7 @@
 //! - [`real_time`]: a protocol, both of its ends and a process, for runs in real time.
 //! - [`plant_harness`]: a plant with its commands, signals and time.
 //! - [`robots`], [`trot`]: robots, their setups and commands.
+//! - [`point_masses`]: robots as point masses, for their equations of motion.
 //! - [`reference_trajectory`]: trajectories that legs must follow.
 //! - [`python`]: comparison with Python packages.
 //! - [`folder`]: a temporary folder.
@@ -24,6 +25,7 @@ pub mod folder;
 pub mod framing;
 pub mod keys;
 pub mod plant_harness;
+pub mod point_masses;
 pub mod python;
 pub mod real_time;
 pub mod reference_trajectory;

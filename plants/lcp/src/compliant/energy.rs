@@ -96,8 +96,8 @@ impl<const N: usize, const P: usize, const A: usize> Kernel for StoredEnergy<'_,
         let [xx, zz, xz] = carried.off_plane.spread;
         kinetic += xx * (wz * 0.5 * wz) + zz * (wx * 0.5 * wx) - xz * (wx * wz);
         kinetic += legs.mass * (vy * 0.5 * vy) + sx * (vy * wz) - sz * (vy * wx);
-        if let (Some(law), Some(joint)) = (&model.abduction, state.abduction.first()) {
-            kinetic += joint.rate * joint.rate * (0.5 * law.inertia());
+        if let (Some(joints), Some(joint)) = (legs.joints.first(), state.abduction.first()) {
+            kinetic += joint.rate * joint.rate * (0.5 * joints.inertia());
         }
         let height = moment[0] * up[0] + moment[1] * up[1] + moment[2] * up[2];
         let [kinetic, springs, height, _] =

@@ -4,31 +4,28 @@ use twinrig_compliant::events::{ELEMENTS, ElementMotion, INSIDE_NAMES};
 use twinrig_compliant::frame::{into_trunk, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
-    AbductionConstants, AbductionState, DriveLaws, DriveState, Equations, Flow, SavedCompliant,
-    ServoLaw, Step, StepError, TrunkState,
+    AbductionJoints, AbductionState, DriveLaws, DriveState, Equations, Flow, JointState,
+    SavedCompliant, Step, StepError, TrunkState,
 };
 use twinrig_contact::Surface;
 use twinrig_kernel::signal;
 use twinrig_legged::{
-    DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Setup, Stored, surfaces_below,
+    DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
 
 use super::contact::Ends;
 use super::energy::{Elements, StoredEnergy};
-use super::model::{AbductionModel, CompliantEquations, CompliantModel};
+use super::model::{CompliantEquations, CompliantModel};
 use super::motion::Advance;
-use super::state::{Abduction, Slope, State};
+use super::state::{Slope, State};
 use crate::formulation::{Formulation, SavedFormulation};
 use crate::model::Model;
 use crate::model::real::Lanes;
 use crate::model::start::start_state;
 use crate::model::state::State as RigidState;
 use crate::options::{LcpError, Options};
-
-/// Name of a leg's abduction in a plant's state: angle and rate.
-const ABDUCTION: &str = "abduction";
 
 /// Equations and state of the plant.
 pub(crate) type CompliantFlow<const N: usize, const P: usize, const A: usize> =
@@ -57,28 +54,18 @@ impl TryFrom<SavedFormulation> for SavedCompliant {
 pub(crate) fn initial<const N: usize, const P: usize, const A: usize>(
     robot: &Robot,
     options: &Options,
-    abduction: [AbductionModel; A],
+    joints: [AbductionJoints<Quad>; A],
 ) -> Result<CompliantFlow<N, P, A>, LcpError> {
     let model = Model::<N>::new(robot, &options.setup)?;
     let state = start_state(&model, robot, options)?;
     let compliances = options.setup.compliances(robot)?;
-    let model = CompliantModel::new(model, &compliances, abduction);
+    let model = CompliantModel::new(model, &compliances, joints);
     Ok(Flow::new(
         CompliantEquations::new(model),
         compliant_state(&state),
         options.tolerance,
         options.features,
     ))
-}
-
-/// Returns the joints of abduction of a robot, which has them.
-pub(crate) fn abduction(robot: &Robot, setup: &Setup) -> Result<AbductionModel, LcpError> {
-    let mounts = setup.abducting_mounts(robot)?;
-    let joints = mounts.into_iter().filter_map(AbductionConstants::new);
-    Ok(AbductionModel {
-        joints: joints.collect(),
-        servo: setup.abduction_servo(robot)?.as_ref().map(ServoLaw::from),
-    })
 }
 
 fn quad(lanes: Lanes) -> Quad {
@@ -99,7 +86,7 @@ pub(crate) fn compliant_state<const N: usize, const P: usize, const A: usize>(
         pulley: quad(rigid.pulley),
         pulley_rate: quad(rigid.pulley_rate),
         bristles: [[Quad::splat(0.0); 2]; P],
-        abduction: [Abduction::at_rest(); A],
+        abduction: [JointState::AT_REST; A],
     }
 }
 
@@ -133,7 +120,7 @@ impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A>
             pulley: zero,
             pulley_rate: zero,
             bristles: [[zero; 2]; P],
-            abduction: [Abduction::at_rest(); A],
+            abduction: [JointState::AT_REST; A],
         };
         let legs = self.model.rigid.legs.iter().zip(&posture.legs);
         for (i, (leg, (_, from))) in legs.enumerate() {
@@ -220,13 +207,8 @@ impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEqua
     }
 
     fn abduction(&self, state: &Self::State) -> Option<AbductionState> {
-        let joints = state.abduction.first()?;
-        Some(AbductionState {
-            angle: joints.angle,
-            rate: joints.rate,
-            impulse: joints.impulse,
-            inertia: self.model.abduction.map_or(0.0, |servo| servo.inertia()),
-        })
+        let (joints, state) = (self.model.legs.joints.first()?, state.abduction.first()?);
+        Some(joints.state(state))
     }
 
     #[inline]
@@ -283,15 +265,17 @@ impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEqua
                 vec![angle.0[i], rate.0[i]],
             )
         };
-        let legs = self.model.rigid.legs.iter().enumerate();
-        let mut entries: Vec<_> = legs.clone().filter(|_| N > 3).map(toe).collect();
-        for joints in &state.abduction {
-            entries.extend(legs.clone().map(|(i, leg)| {
-                let name = signal::of_leg(&leg.name, ABDUCTION);
-                (name, vec![joints.angle.0[i], joints.rate.0[i]])
-            }));
-        }
-        entries
+        let legs = self.model.rigid.legs.iter();
+        let names = legs.clone().map(|leg| leg.name.as_str());
+        let joints = state
+            .abduction
+            .iter()
+            .flat_map(|joints| joints.entries(names.clone()));
+        legs.enumerate()
+            .filter(|_| N > 3)
+            .map(toe)
+            .chain(joints)
+            .collect()
     }
 
     fn state_of(
@@ -301,26 +285,21 @@ impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEqua
     ) -> Result<(Self::State, Vec<String>), PartFault> {
         let mut lines = Vec::new();
         let mut state = self.with_relaxed_toes(posture);
-        let legs = self.model.rigid.legs.len();
-        for (i, (name, _)) in self.extra_state(&state).iter().enumerate() {
-            let (leg, is_toe) = (i % legs, i < legs && N > 3);
-            let values = extra.get(name).filter(|values| values.len() == 2);
-            let values = values.filter(|values| values.iter().all(|x| x.is_finite()));
-            match (values, state.abduction.first_mut()) {
-                (Some(values), _) if is_toe => {
-                    state.angles[N - 1].0[leg] = values[0];
-                    state.rates[N - 1].0[leg] = values[1];
-                }
-                (Some(values), Some(joints)) => {
-                    (joints.angle.0[leg], joints.rate.0[leg]) = (values[0], values[1]);
-                }
-                _ if is_toe => {
-                    lines.push(format!(
-                        "{name} is missing; the toe follows the third segment"
-                    ));
-                }
-                _ => lines.push(format!("{name} is missing; the leg is upright")),
+        let legs = self.model.rigid.legs.iter().map(|leg| leg.name.as_str());
+        for (i, leg) in legs.clone().enumerate().filter(|_| N > 3) {
+            let name = signal::of_leg(leg, "toe");
+            let values = extra.get(&name).filter(|values| values.len() == 2);
+            if let Some(values) = values.filter(|values| values.iter().all(|x| x.is_finite())) {
+                state.angles[N - 1].0[i] = values[0];
+                state.rates[N - 1].0[i] = values[1];
+            } else {
+                lines.push(format!(
+                    "{name} is missing; the toe follows the third segment"
+                ));
             }
+        }
+        for joints in &mut state.abduction {
+            joints.adopt(legs.clone(), extra, &mut lines);
         }
         Ok((state, lines))
     }

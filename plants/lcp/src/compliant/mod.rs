@@ -12,6 +12,6 @@ mod slope;
 mod state;
 mod trunk;
 
-pub(crate) use equations::{abduction, initial};
+pub(crate) use equations::initial;
 #[cfg(test)]
 mod tests;

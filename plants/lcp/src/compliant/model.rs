@@ -2,8 +2,8 @@
 
 use twinrig_compliant::lanes::{LANES, Lanes, Quad, Simd};
 use twinrig_compliant::{
-    AbductionConstants, AbductionJoints, DriveLaws, Element, LegFrame, PantographConstants,
-    Pantographs, ServoLaw, Sole, StepControl, TrunkMotion,
+    AbductionJoints, DriveLaws, Element, LegFrame, PantographConstants, Pantographs, Sole,
+    StepControl, TrunkMotion,
 };
 use twinrig_legged::Base;
 use twinrig_robot::{Compliance, GRAVITY, Payload};
@@ -32,13 +32,6 @@ pub(crate) struct Legs<T, const N: usize, const A: usize> {
     pub(crate) joints: [AbductionJoints<T>; A],
 }
 
-/// Joints of abduction of all legs, and their servo.
-#[derive(Debug, Clone)]
-pub(crate) struct AbductionModel {
-    pub(crate) joints: Vec<AbductionConstants>,
-    pub(crate) servo: Option<ServoLaw>,
-}
-
 /// Constants of the compliant model.
 #[derive(Debug, Clone)]
 pub(crate) struct CompliantModel<const N: usize, const A: usize> {
@@ -53,8 +46,6 @@ pub(crate) struct CompliantModel<const N: usize, const A: usize> {
     pub(crate) payload: Option<Payload>,
     pub(crate) legs: Legs<Quad, N, A>,
     pub(crate) drives: DriveLaws,
-    /// Servo of abduction; joints without one turn freely.
-    pub(crate) abduction: Option<ServoLaw>,
     /// Radius of an angle in the error \[m\].
     pub(crate) radius: f64,
     /// Height by which a unit of work lifts the robot, times its weight in the error \[m/J\].
@@ -66,23 +57,17 @@ impl<const N: usize, const A: usize> CompliantModel<N, A> {
     pub(crate) fn new(
         model: Model<N>,
         compliances: &[Compliance],
-        abduction: [AbductionModel; A],
+        joints: [AbductionJoints<Quad>; A],
     ) -> Self {
         let friction = model.ground.as_ref().map_or(0.0, |ground| ground.friction);
         let mut constants: Vec<_> = model.legs.iter().map(|leg| leg.constants).collect();
-        for joint in abduction
-            .iter()
-            .flat_map(|model| &model.joints)
-            .zip(&mut constants)
-        {
-            let (joint, leg) = joint;
-            leg.hip[1] -= joint.axis[0];
-            leg.hip[2] -= joint.axis[1];
+        for joints in &joints {
+            let [left, up] = joints.axis;
+            for (i, leg) in constants.iter_mut().enumerate() {
+                leg.hip[1] -= left.0[i];
+                leg.hip[2] -= up.0[i];
+            }
         }
-        let joints = abduction
-            .each_ref()
-            .map(|model| AbductionJoints::side_by_side(&model.joints));
-        let servo = abduction.first().and_then(|model| model.servo);
         Self {
             base: model.base,
             mass: model.trunk.mass,
@@ -91,7 +76,6 @@ impl<const N: usize, const A: usize> CompliantModel<N, A> {
             payload: model.trunk.payload,
             legs: Legs::side_by_side(&constants, compliances, friction, joints),
             drives: DriveLaws::from(model.drives.as_ref()),
-            abduction: servo,
             radius: 0.5 * model.reach,
             work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * model.trunk.mass),
             rigid: model,

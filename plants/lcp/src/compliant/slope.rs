@@ -4,18 +4,18 @@ use twinrig_compliant::events::{ABDUCTION, GROUND, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
-    Below, Commands, DriveLaws, Flows, Footforce, Internal, Pushed, Resistance, TrunkMotion, Turns,
-    broadcast,
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, JointMotion, JointState, Limited,
+    Pushed, Resistance, TrunkMotion, Turns, broadcast,
 };
 use twinrig_contact::Ground;
 use twinrig_legged::{Base, StepLoad};
 
-use super::abduction::{JointDrive, JointMotion, LegBody, LegJoint, OffPlane};
+use super::abduction::{LegJoint, OffPlane};
 use super::carrier::{Carried, Carrier};
 use super::contact::{Carriers, End, end_of};
 use super::elimination::{ENTRIES, LinkEquations, PLANE, PlaneShare};
 use super::model::{CompliantModel, Legs};
-use super::state::{Abduction, Slope, State};
+use super::state::{Slope, State};
 use super::trunk::TrunkSystem;
 
 /// Right-hand side in a state, to be called from several places.
@@ -41,53 +41,6 @@ pub(crate) struct Limits<L> {
     /// Number of times that they may be determined again.
     rounds: u8,
 }
-
-/// Joints of a kind at the limit of their torque.
-#[derive(Clone, Copy)]
-struct Limited<L> {
-    /// Torque \[N·m\].
-    torque: L,
-    /// 1 at the greatest torque, −1 at the least, 0 for a joint that follows its command.
-    side: L,
-}
-
-impl<L: Lanes> Limited<L> {
-    /// Returns the joints that need a torque beyond its limit.
-    #[inline(always)]
-    fn beyond(torque: L, limit: L) -> Self {
-        let (zero, one) = (torque.zero(), torque.like(1.0));
-        let side = one.or(torque.gt(limit), (-one).or(limit.gt(torque), zero));
-        Self {
-            torque: limit,
-            side,
-        }
-    }
-
-    /// Returns whether there are such joints.
-    #[inline(always)]
-    fn any(&self) -> bool {
-        self.side.any(self.side.abs().gt(self.side.zero()))
-    }
-
-    /// Returns the joints at their limit in the next round, and whether they differ: whether one is
-    /// at its limit depends on the others. `beyond` has those that would need more torque, `lag` is
-    /// the commanded less the present acceleration.
-    #[inline(always)]
-    fn next(&self, beyond: &Self, lag: L) -> (Self, bool) {
-        let zero = lag.zero();
-        let follows = zero.gt(self.side.abs() - 0.5);
-        let kept = zero.or(zero.gt(lag * self.side), self.side);
-        let next = Self {
-            torque: beyond.torque.or(follows, self.torque),
-            side: beyond.side.or(follows, kept),
-        };
-        let differs = (next.side - self.side).abs().gt(zero);
-        (next, zero.any(differs))
-    }
-}
-
-/// Greatest number of rounds; two suffice but where several hips are about to reach their limits.
-const ROUNDS: u8 = 6;
 
 /// Everything that does not depend on the drives.
 struct Setting<L: Lanes, const N: usize, const P: usize> {
@@ -181,7 +134,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
                     let limits = Some(Limits {
                         hip,
                         abduction,
-                        rounds: ROUNDS,
+                        rounds: Limited::<L>::ROUNDS,
                     });
                     return self.simd.call(Self { limits, ..*self });
                 }
@@ -203,13 +156,14 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
                 let beyond = Limited::beyond(torque, most);
                 let lag = acceleration - solution.links[0];
                 let (hip, differs) = limits.hip.next(&beyond, lag);
-                let (abduction, abduction_differs) = self.next_abduction(&limits, &solution);
+                let abduction = self.next_abduction(&limits, &solution);
+                let differs = differs || abduction.is_some_and(|(_, differs)| differs);
                 if let Some(rounds) = limits.rounds.checked_sub(1)
-                    && (differs || abduction_differs)
+                    && differs
                 {
                     let limits = Some(Limits {
                         hip,
-                        abduction,
+                        abduction: abduction.map(|(limited, _)| limited),
                         rounds,
                     });
                     return self.simd.call(Self { limits, ..*self });
@@ -239,49 +193,21 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
     fn joint(&self, trunk: &TrunkMotion) -> Option<(LegJoint<L>, Resistance<L>)> {
         let (joints, motion) = (self.legs.joints.first()?, self.state.abduction.first()?);
         let resistance = joints.resistance(motion.angle, motion.rate);
+        let set_point = self.commands.abduction_at(self.time);
+        let limited = self.limits.and_then(|limits| limits.abduction);
         let joint = LegJoint {
             frame: joints.frame(motion.angle, motion.rate, trunk),
-            drive: self.joint_drive(motion, resistance.torque),
+            drive: joints.drive(set_point, motion, resistance.torque, limited.as_ref()),
         };
         Some((joint, resistance))
-    }
-
-    /// Returns the drives of the joints of abduction.
-    #[inline(always)]
-    fn joint_drive(&self, motion: &Abduction<L>, resistance: L) -> JointDrive<L> {
-        let zero = motion.angle.zero();
-        let Some(law) = &self.model.abduction else {
-            return JointDrive {
-                acceleration: zero,
-                torque: zero,
-                turning: Some(zero.like(1.0).gt(zero)),
-                resistance,
-                inertia: zero,
-            };
-        };
-        let command = self.commands.abduction_at(self.time);
-        let limited = self.limits.and_then(|limits| limits.abduction);
-        JointDrive {
-            acceleration: law.acceleration(command, motion.angle, motion.rate),
-            torque: limited.map_or(zero, |limited| limited.torque),
-            turning: limited.map(|limited| limited.side.abs().gt(zero)),
-            resistance,
-            inertia: zero.like(law.inertia()),
-        }
     }
 
     /// Returns the joints of abduction whose servos need a torque beyond its limit, if there are
     /// servos with a limit.
     #[inline(always)]
     fn beyond(&self, solution: &Solution<L, N>) -> Option<Limited<L>> {
-        let (joint, motion) = (solution.joint?, self.state.abduction.first()?);
-        let law = self
-            .model
-            .abduction
-            .as_ref()
-            .filter(|law| law.is_limited())?;
-        let torque = joint.torque + joint.acceleration * law.inertia();
-        Some(Limited::beyond(torque, law.limited(torque, motion.rate)))
+        let (joints, state) = (self.legs.joints.first()?, self.state.abduction.first()?);
+        joints.beyond(solution.joint.as_ref()?, state)
     }
 
     /// Returns the joints of abduction at their limit in the next round, and whether they differ.
@@ -290,18 +216,11 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         &self,
         limits: &Limits<L>,
         solution: &Solution<L, N>,
-    ) -> (Option<Limited<L>>, bool) {
-        let next = || {
-            let (joint, motion) = (solution.joint?, self.state.abduction.first()?);
-            let (limited, law) = (limits.abduction?, self.model.abduction.as_ref()?);
-            let command = self.commands.abduction_at(self.time);
-            let wanted = law.acceleration(command, motion.angle, motion.rate);
-            Some(limited.next(&self.beyond(solution)?, wanted - joint.acceleration))
-        };
-        match next() {
-            Some((limited, differs)) => (Some(limited), differs),
-            None => (None, false),
-        }
+    ) -> Option<(Limited<L>, bool)> {
+        let (joints, state) = (self.legs.joints.first()?, self.state.abduction.first()?);
+        let set_point = self.commands.abduction_at(self.time);
+        let limited = limits.abduction.as_ref()?;
+        joints.next(limited, solution.joint.as_ref()?, set_point, state)
     }
 
     /// Returns the slope with the joints of abduction at the limit of their torque, if they differ
@@ -312,19 +231,16 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
             None => {
                 let abduction = self.beyond(solution).filter(Limited::any)?;
                 Limits {
-                    hip: Limited {
-                        torque: abduction.torque.zero(),
-                        side: abduction.torque.zero(),
-                    },
+                    hip: Limited::none(abduction.torque.zero()),
                     abduction: Some(abduction),
-                    rounds: ROUNDS,
+                    rounds: Limited::<L>::ROUNDS,
                 }
             }
             Some(limits) => {
-                let (abduction, differs) = self.next_abduction(&limits, solution);
+                let (abduction, differs) = self.next_abduction(&limits, solution)?;
                 let rounds = limits.rounds.checked_sub(1).filter(|_| differs)?;
                 Limits {
-                    abduction,
+                    abduction: Some(abduction),
                     rounds,
                     ..limits
                 }
@@ -397,7 +313,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         let mut abduction = state.abduction;
         if let (Some(joint), Some(slope)) = (&solution.joint, abduction.first_mut()) {
             actuator += joint.torque * slope.rate;
-            *slope = Abduction {
+            *slope = JointState {
                 angle: slope.rate,
                 rate: joint.acceleration,
                 impulse: joint.torque,
@@ -776,10 +692,21 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         trunk: &TrunkMotion,
     ) -> BaseMotion<L> {
         let (model, beside, LegJoint { frame, drive }) = (self.model, self.legs.hip[1], joint);
-        let mut body = LegBody::new((self.legs.mass, beside), share, &equations.off_plane, frame);
+        let mut body = equations
+            .off_plane
+            .body((self.legs.mass, beside), share, frame);
         let row = body.eliminate(drive);
         let mut system = body.into_trunk(frame);
-        system.add_trunk(model, trunk);
+        let mut inertia = [[0.0; 3]; 3];
+        let mut moment = [0.0; 3];
+        if let Some(payload) = &model.payload {
+            (inertia, moment) = (payload.inertia(), payload.moment);
+        }
+        for i in 0..3 {
+            inertia[i][i] += model.inertia[i];
+        }
+        let body = (model.trunk_mass, moment, &inertia);
+        system.add_trunk(body, trunk.field, trunk.turning);
         if let Some(push) = equations.push {
             system.push(push);
         }

@@ -1,7 +1,7 @@
 //! State of the compliant model, and its time derivative.
 
 use twinrig_compliant::lanes::{Lanes, Quad, Simd};
-use twinrig_compliant::{Flows, Joints};
+use twinrig_compliant::{Flows, JointState, Joints};
 
 /// Positions and velocities of trunk, links and pulleys, with `N` links and `P` contact points a
 /// leg. `T` is [`Quad`] in memory, or lanes.
@@ -23,41 +23,7 @@ pub(crate) struct State<T, const N: usize, const P: usize, const A: usize> {
     /// Deflection of the sole along the two tangents of the ground, by contact point \[m\].
     pub(crate) bristles: [[T; 2]; P],
     /// Joints of abduction, if legs have them.
-    pub(crate) abduction: [Abduction<T>; A],
-}
-
-/// Joint of abduction of each leg.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Abduction<T> {
-    /// Angle \[rad\] and its rate \[rad/s\].
-    pub(crate) angle: T,
-    pub(crate) rate: T,
-    /// Integral of the torque of the drive on the leg \[N·m·s\].
-    pub(crate) impulse: T,
-}
-
-impl Abduction<Quad> {
-    /// Returns joints at rest at zero.
-    pub(crate) const fn at_rest() -> Self {
-        let zero = Quad::splat(0.0);
-        Self {
-            angle: zero,
-            rate: zero,
-            impulse: zero,
-        }
-    }
-}
-
-impl<T: Copy> Abduction<T> {
-    /// Applies a function to all members.
-    #[inline(always)]
-    fn map<U>(&self, mut of: impl FnMut(T) -> U) -> Abduction<U> {
-        Abduction {
-            angle: of(self.angle),
-            rate: of(self.rate),
-            impulse: of(self.impulse),
-        }
-    }
+    pub(crate) abduction: [JointState<T>; A],
 }
 
 /// Time derivative of a state, with powers and forces.
@@ -120,12 +86,7 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
             }
         }
         for i in 0..A {
-            let (joint, by) = (&self.abduction[i], &other.abduction[i]);
-            next.abduction[i] = Abduction {
-                angle: of(joint.angle, by.angle),
-                rate: of(joint.rate, by.rate),
-                impulse: of(joint.impulse, by.impulse),
-            };
+            next.abduction[i] = self.abduction[i].zip(&other.abduction[i], &mut of);
         }
         next
     }

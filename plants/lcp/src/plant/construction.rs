@@ -1,5 +1,6 @@
 //! Construction of a plant from a robot and options.
 
+use twinrig_compliant::AbductionJoints;
 use twinrig_legged::{Abduction, Constraints, FromRobot, Setup};
 use twinrig_robot::Robot;
 
@@ -47,7 +48,7 @@ impl FromRobot for dyn Formulation {
             (Constraints::Rigid, false) => Box::new(initial_flow::<3>(robot, options)?),
             (Constraints::Rigid, true) => Box::new(initial_flow::<4>(robot, options)?),
             (Constraints::Compliant, false) if abducts => {
-                let joints = compliant::abduction(robot, &options.setup)?;
+                let joints = AbductionJoints::new(robot, &options.setup)?;
                 Box::new(compliant::initial::<3, 1, 1>(robot, options, [joints])?)
             }
             (Constraints::Compliant, false) => {

@@ -1,6 +1,6 @@
 //! Energy of the compliant model, and depths of its elements.
 
-use twinrig_compliant::events::{ElementMotion, GROUND};
+use twinrig_compliant::events::{ABDUCTION, ElementMotion, GROUND};
 use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
 use twinrig_compliant::{Below, Depths, Joints, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
@@ -11,12 +11,12 @@ use super::slope::{ANKLE, LegMotion, in_line};
 use super::state::State;
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
-pub(crate) struct StoredEnergy<'a> {
-    pub(crate) model: &'a CompliantModel,
-    pub(crate) state: &'a State<Quad>,
+pub(crate) struct StoredEnergy<'a, const A: usize> {
+    pub(crate) model: &'a CompliantModel<A>,
+    pub(crate) state: &'a State<Quad, A>,
 }
 
-impl Kernel for StoredEnergy<'_> {
+impl<const A: usize> Kernel for StoredEnergy<'_, A> {
     type Output = Stored;
 
     #[inline(always)]
@@ -25,7 +25,8 @@ impl Kernel for StoredEnergy<'_> {
         let legs = model.legs.load(simd);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
+        let frame = legs.frame(&state, &trunk);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk, frame.as_ref());
         let joints = Joints {
             angles: &state.angles,
             rates: &motion.rates,
@@ -40,9 +41,13 @@ impl Kernel for StoredEnergy<'_> {
         }
         let [ux, uy, uz] = motion.point.velocity;
         let [hip, knee] = model.drives.inertias();
-        let twice = legs.mass * (ux * ux + uy * uy + uz * uz)
+        let mut twice = legs.mass * (ux * ux + uy * uy + uz * uz)
             + state.hip_rate * state.hip_rate * hip
             + state.pulley_rate * state.pulley_rate * knee;
+        if let (Some(joints), Some(joint)) = (legs.joints.first(), state.abduction.first()) {
+            springs += joints.energy(joint.angle);
+            twice += joint.rate * joint.rate * joints.inertia();
+        }
         let ([x, y, z], up) = (motion.point.place, trunk.rotation[2]);
         let height = legs.mass * (x * up[0] + y * up[1] + z * up[2] + trunk.position[2]);
         let [mut twice, springs, mut height, _] =
@@ -63,12 +68,12 @@ impl Kernel for StoredEnergy<'_> {
 }
 
 /// Computation of depths and rates of all elements.
-pub(crate) struct Elements<'a> {
-    pub(crate) model: &'a CompliantModel,
-    pub(crate) state: &'a State<Quad>,
+pub(crate) struct Elements<'a, const A: usize> {
+    pub(crate) model: &'a CompliantModel<A>,
+    pub(crate) state: &'a State<Quad, A>,
 }
 
-impl Kernel for Elements<'_> {
+impl<const A: usize> Kernel for Elements<'_, A> {
     type Output = ElementMotion;
 
     #[inline(always)]
@@ -77,7 +82,8 @@ impl Kernel for Elements<'_> {
         let legs = model.legs.load(simd);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let leg_motion = LegMotion::new(&legs, &turns, &state, &trunk);
+        let frame = legs.frame(&state, &trunk);
+        let leg_motion = LegMotion::new(&legs, &turns, &state, &trunk, frame.as_ref());
         let joints = Joints {
             angles: &state.angles,
             rates: &leg_motion.rates,
@@ -95,6 +101,10 @@ impl Kernel for Elements<'_> {
             let rate = -below.gap_rate(point.velocity);
             motion.set(GROUND, count, -below.gap, rate);
         }
+        if let (Some(joints), Some(joint)) = (legs.joints.first(), state.abduction.first()) {
+            let stop = joints.resistance(joint.angle, joint.rate);
+            motion.set(ABDUCTION, count, stop.depth, stop.depth_rate);
+        }
         let ankle = in_line(&legs, &turns);
         motion.set(ANKLE, count, ankle, leg_motion.folding(&legs, &turns));
         motion
@@ -102,20 +112,21 @@ impl Kernel for Elements<'_> {
 }
 
 /// Computation of the motion of feet and links.
-pub(crate) struct LegMotions<'a> {
-    pub(crate) model: &'a CompliantModel,
-    pub(crate) state: &'a State<Quad>,
+pub(crate) struct LegMotions<'a, const A: usize> {
+    pub(crate) model: &'a CompliantModel<A>,
+    pub(crate) state: &'a State<Quad, A>,
 }
 
 /// Position relative to the trunk \[m\] and velocity \[m/s\] of feet, trunk axes, and rates of
-/// links \[rad/s\].
+/// links \[rad/s\]; velocity of feet relative to their carriers, leg axes \[m/s\].
 pub(crate) struct Motion {
     pub(crate) place: [Quad; 3],
     pub(crate) velocity: [Quad; 3],
     pub(crate) rates: [Quad; 3],
+    pub(crate) relative: [Quad; 2],
 }
 
-impl Kernel for LegMotions<'_> {
+impl<const A: usize> Kernel for LegMotions<'_, A> {
     type Output = Motion;
 
     #[inline(always)]
@@ -124,12 +135,14 @@ impl Kernel for LegMotions<'_> {
         let legs = self.model.legs.load(simd);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = LegMotion::new(&legs, &turns, &state, &trunk);
+        let frame = legs.frame(&state, &trunk);
+        let motion = LegMotion::new(&legs, &turns, &state, &trunk, frame.as_ref());
         let quads = |[x, y, z]: [S::Lanes; 3]| [x.quad(), y.quad(), z.quad()];
         Motion {
             place: quads(motion.point.place),
             velocity: quads(motion.point.velocity),
             rates: quads(motion.rates),
+            relative: motion.relative.map(|lanes| lanes.quad()),
         }
     }
 }

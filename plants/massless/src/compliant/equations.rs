@@ -5,8 +5,8 @@ use twinrig_compliant::events::{ELEMENTS, ElementMotion, INSIDE_NAMES};
 use twinrig_compliant::frame::{into_world, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
-    DriveLaws, DriveState, Equations, Flow, PantographConstants, SavedCompliant, Step, StepError,
-    TrunkState,
+    AbductionJoints, AbductionState, DriveLaws, DriveState, Equations, Flow, PantographConstants,
+    SavedCompliant, Step, StepError, TrunkState,
 };
 use twinrig_contact::Surface;
 use twinrig_kernel::signal;
@@ -26,9 +26,9 @@ use crate::model::{MasslessError, Model, Options};
 use crate::start::start;
 
 /// Equations and state of the plant.
-pub(crate) type CompliantFlow = Flow<CompliantEquations>;
+pub(crate) type CompliantFlow<const A: usize = 0> = Flow<CompliantEquations<A>>;
 
-impl Formulation for CompliantFlow {}
+impl<const A: usize> Formulation for CompliantFlow<A> {}
 
 impl From<SavedCompliant> for SavedFormulation {
     fn from(saved: SavedCompliant) -> Self {
@@ -48,7 +48,11 @@ impl TryFrom<SavedFormulation> for SavedCompliant {
 }
 
 /// Builds the compliant flow in the start state.
-pub(crate) fn initial(robot: &Robot, options: &Options) -> Result<CompliantFlow, MasslessError> {
+pub(crate) fn initial<const A: usize>(
+    robot: &Robot,
+    options: &Options,
+    joints: [AbductionJoints<Quad>; A],
+) -> Result<CompliantFlow<A>, MasslessError> {
     if options.tolerance.is_nan() || options.tolerance <= 0.0 {
         return Err(MasslessError::Tolerance(options.tolerance));
     }
@@ -66,7 +70,7 @@ pub(crate) fn initial(robot: &Robot, options: &Options) -> Result<CompliantFlow,
     let pantographs: Vec<_> = mounts
         .map(|(mount, leg)| PantographConstants::new(&mount.leg, &leg.pantograph))
         .collect();
-    let model = CompliantModel::new(model, &pantographs, &setup.compliances(robot)?);
+    let model = CompliantModel::new(model, &pantographs, &setup.compliances(robot)?, joints);
     let mut state = State::at_rest();
     state.position = Quad::of_three(rigid.position().into());
     for (i, angles) in angles.iter().enumerate() {
@@ -92,16 +96,21 @@ fn matrix(attitude: [f64; 4]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }
 
-impl CompliantEquations {
-    fn motion(&self, state: &State<Quad>) -> Motion {
+impl<const A: usize> CompliantEquations<A> {
+    /// Returns the velocities of the feet within their legs, forward and up \[m/s\].
+    pub(super) fn relative(&self, state: &State<Quad, A>) -> [Quad; 2] {
+        self.motion(state).relative
+    }
+
+    fn motion(&self, state: &State<Quad, A>) -> Motion {
         let model = &self.model;
         dispatch(Features::Detected, LegMotions { model, state })
     }
 }
 
-impl Equations for CompliantEquations {
-    type State = State<Quad>;
-    type Slope = Slope<Quad>;
+impl<const A: usize> Equations for CompliantEquations<A> {
+    type State = State<Quad, A>;
+    type Slope = Slope<Quad, A>;
     type Saved = SavedFormulation;
 
     fn name(&self) -> &'static str {
@@ -231,14 +240,24 @@ impl Equations for CompliantEquations {
         posture
     }
 
-    fn extra_state(&self, _: &Self::State) -> Vec<(String, Vec<f64>)> {
-        Vec::new()
+    fn abduction(&self, state: &Self::State) -> Option<AbductionState> {
+        let (joints, state) = (self.model.legs.joints.first()?, state.abduction.first()?);
+        Some(joints.state(state))
+    }
+
+    fn extra_state(&self, state: &Self::State) -> Vec<(String, Vec<f64>)> {
+        let names = self.model.rigid.legs.iter().map(|leg| leg.name.as_str());
+        state
+            .abduction
+            .iter()
+            .flat_map(|joints| joints.entries(names.clone()))
+            .collect()
     }
 
     fn state_of(
         &self,
         posture: &Posture,
-        _: &PlantState,
+        extra: &PlantState,
     ) -> Result<(Self::State, Vec<String>), PartFault> {
         let rigid = &self.model.rigid;
         let upright = matrix(posture.attitude);
@@ -250,10 +269,12 @@ impl Equations for CompliantEquations {
         state.attitude = Quad(posture.attitude);
         state.velocity = Quad::of_three(velocity.into());
         state.turning = Quad::of_three(turning.into());
+        let mut within = [Quad::splat(0.0); 2];
         for (i, (leg, (_, from))) in rigid.legs.iter().zip(&posture.legs).enumerate() {
             let foot = leg.foot_and_velocity(from);
             let (foot, relative) =
                 foot.map_err(|why| PartFault::new(signal::leg_path(&leg.name), why))?;
+            (within[0].0[i], within[1].0[i]) = (relative.x, relative.y);
             let foot: Planar = relative + leg.carried(foot, velocity, turning);
             for k in 0..3 {
                 state.angles[k].0[i] = from.angles[k];
@@ -263,6 +284,18 @@ impl Equations for CompliantEquations {
             state.pulley_rate.0[i] = from.pulley_rate;
             (state.foot[0].0[i], state.foot[1].0[i]) = (foot.x, foot.y);
         }
-        Ok((state, Vec::new()))
+        let mut lines = Vec::new();
+        for i in 0..A {
+            let names = rigid.legs.iter().map(|leg| leg.name.as_str());
+            state.abduction[i].adopt(names, extra, &mut lines);
+            // The frame carries the foot.
+            let relative = self.relative(&state);
+            for (foot, (wanted, found)) in state.foot.iter_mut().zip(within.iter().zip(relative)) {
+                for leg in 0..LEGS {
+                    foot.0[leg] += wanted.0[leg] - found.0[leg];
+                }
+            }
+        }
+        Ok((state, lines))
     }
 }

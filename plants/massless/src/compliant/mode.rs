@@ -26,7 +26,7 @@ const SLOWEST: f64 = -1e-3;
 
 /// Mode of each leg.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct StiffMode<L> {
+pub(crate) struct StiffMode<L, const A: usize = 0> {
     /// λ \[1/s\].
     rate: L,
     /// r and ℓ: angles of links and pulley, rates of hip and pulley, velocity of the foot.
@@ -40,9 +40,9 @@ pub(crate) struct StiffMode<L> {
     pub(crate) lost: [L; 2],
 }
 
-impl<L: Lanes> Mode for StiffMode<L> {
-    type State = State<L>;
-    type Slope = Slope<L>;
+impl<L: Lanes, const A: usize> Mode for StiffMode<L, A> {
+    type State = State<L, A>;
+    type Slope = Slope<L, A>;
     type Lanes = L;
 
     #[inline(always)]
@@ -51,7 +51,7 @@ impl<L: Lanes> Mode for StiffMode<L> {
     }
 
     #[inline(always)]
-    fn part(&self, slope: &Slope<L>) -> L {
+    fn part(&self, slope: &Slope<L, A>) -> L {
         let rates = &slope.state;
         let ([first, second, third], [ahead, up]) = (rates.angles, rates.foot);
         let [angles, velocities] = self.covector;
@@ -60,7 +60,7 @@ impl<L: Lanes> Mode for StiffMode<L> {
     }
 
     #[inline(always)]
-    fn added(&self, state: &State<L>, amount: L) -> State<L> {
+    fn added(&self, state: &State<L, A>, amount: L) -> State<L, A> {
         let ([first, second, third, pulley], [hip_rate, pulley_rate, ahead, up]) =
             (self.vector[0], self.vector[1]);
         let [a, b, c] = state.angles;
@@ -76,20 +76,20 @@ impl<L: Lanes> Mode for StiffMode<L> {
 }
 
 /// Computation of the mode in a state with this slope.
-pub(crate) struct Find<'a, L> {
-    pub(crate) legs: &'a Legs<L>,
-    pub(crate) state: &'a State<L>,
-    pub(crate) slope: &'a Slope<L>,
+pub(crate) struct Find<'a, L, const A: usize> {
+    pub(crate) legs: &'a Legs<L, A>,
+    pub(crate) state: &'a State<L, A>,
+    pub(crate) slope: &'a Slope<L, A>,
     /// Inertias and damping of the motors of hip and pulley.
     pub(crate) inertias: [f64; 2],
     pub(crate) damping: [L; 2],
 }
 
-impl<L: Lanes> Task for Find<'_, L> {
-    type Output = StiffMode<L>;
+impl<L: Lanes, const A: usize> Task for Find<'_, L, A> {
+    type Output = StiffMode<L, A>;
 
     #[inline(always)]
-    fn run(self) -> StiffMode<L> {
+    fn run(self) -> StiffMode<L, A> {
         let Self {
             legs, state, slope, ..
         } = self;
@@ -212,7 +212,7 @@ struct Links<L> {
 
 impl<L: Lanes> Links<L> {
     #[inline(always)]
-    fn new(legs: &Legs<L>, turns: &Turns<L, 3>) -> Self {
+    fn new<const A: usize>(legs: &Legs<L, A>, turns: &Turns<L, 3>) -> Self {
         let ([s1, s2, s3], [c1, c2, c3]) = (turns.sines, turns.cosines);
         let per_sine = turns.sine_of_ankle().reciprocal();
         let (second, third) = (per_sine * legs.per_links[0], per_sine * legs.per_links[1]);

@@ -15,12 +15,12 @@ use super::slope::Evaluation;
 use super::state::{Slope, State};
 
 /// Step of the model in memory.
-pub(crate) struct Advance<'a> {
-    pub(crate) model: &'a CompliantModel,
-    pub(crate) step: Step<'a, CompliantEquations>,
+pub(crate) struct Advance<'a, const A: usize> {
+    pub(crate) model: &'a CompliantModel<A>,
+    pub(crate) step: Step<'a, CompliantEquations<A>>,
 }
 
-impl Kernel for Advance<'_> {
+impl<const A: usize> Kernel for Advance<'_, A> {
     type Output = Result<(), StepError>;
 
     #[inline(always)]
@@ -58,7 +58,10 @@ impl Kernel for Advance<'_> {
 
 /// Returns a sum of slopes, each times its seconds.
 #[inline(always)]
-fn sum<L: Lanes, const M: usize>(slopes: [&Slope<L>; M], seconds: [f64; M]) -> State<L> {
+fn sum<L: Lanes, const A: usize, const M: usize>(
+    slopes: [&Slope<L, A>; M],
+    seconds: [f64; M],
+) -> State<L, A> {
     let mut sum = slopes[0].state.map(|rate| rate * seconds[0]);
     for j in 1..M {
         sum = sum.zip(&slopes[j].state, |sum, rate| sum + rate * seconds[j]);
@@ -67,10 +70,10 @@ fn sum<L: Lanes, const M: usize>(slopes: [&Slope<L>; M], seconds: [f64; M]) -> S
 }
 
 /// The model in lanes.
-struct Motion<'a, S: Simd> {
+struct Motion<'a, S: Simd, const A: usize> {
     simd: S,
-    model: &'a CompliantModel,
-    legs: Legs<S::Lanes>,
+    model: &'a CompliantModel<A>,
+    legs: Legs<S::Lanes, A>,
     commands: Commands<S::Lanes>,
     are_held: bool,
     sums: Flows<S::Lanes>,
@@ -78,10 +81,10 @@ struct Motion<'a, S: Simd> {
     log: &'a mut EventLog,
 }
 
-impl<S: Simd> System for Motion<'_, S> {
-    type State = State<S::Lanes>;
-    type Slope = Slope<S::Lanes>;
-    type Mode = StiffMode<S::Lanes>;
+impl<S: Simd, const A: usize> System for Motion<'_, S, A> {
+    type State = State<S::Lanes, A>;
+    type Slope = Slope<S::Lanes, A>;
+    type Mode = StiffMode<S::Lanes, A>;
 
     #[inline(always)]
     fn mode(&self, state: &Self::State, slope: &Self::Slope) -> Option<Self::Mode> {
@@ -108,6 +111,7 @@ impl<S: Simd> System for Motion<'_, S> {
             time,
             load: self.load,
             state,
+            limited: None,
         })
     }
 
@@ -143,6 +147,7 @@ impl<S: Simd> System for Motion<'_, S> {
             pulley_rate,
             foot: [ahead, up],
             bristle: [along, across],
+            abduction,
         } = change.map(S::Lanes::abs);
         // An angle of a link moves the foot by its length, one of the pulley by its radius.
         let pantographs = &self.legs.pantographs;
@@ -159,7 +164,11 @@ impl<S: Simd> System for Motion<'_, S> {
             }
             lengths = lengths.max(work.abs() * self.model.work_to_length);
         }
-        let drives = (hip_rate * l1).max(pulley_rate * winding);
+        let mut drives = (hip_rate * l1).max(pulley_rate * winding);
+        for joint in abduction {
+            lengths = lengths.max(joint.angle * radius);
+            drives = drives.max(joint.rate * radius);
+        }
         let trunk = (turning * radius).max(velocity);
         let speeds = drives.max(trunk).max(ahead.max(up));
         let [a, b, c, d] = lengths

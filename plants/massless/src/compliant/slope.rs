@@ -10,15 +10,15 @@
 //! ```
 //!
 //! The drive of the hip bears l₁ n₁·f − τ₁; the trunk bears −f, at the foot. Sideways the foot
-//! moves with the trunk.
+//! moves with the trunk. Where legs abduct, the frames that carry them take the place of the trunk.
 
-use twinrig_compliant::events::{GROUND, OWN, if_compressed};
+use twinrig_compliant::events::{ABDUCTION, GROUND, OWN, if_compressed};
 use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::stop::{LEAST, barrier};
 use twinrig_compliant::{
-    Below, Commands, DriveLaws, Flows, Footforce, Internal, Joints, Point, Pushed, TrunkMotion,
-    Turns,
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, JointMotion, JointState, Joints,
+    LegBody, LegFrame, Limited, Point, Pushed, TrunkMotion, Turns, broadcast,
 };
 use twinrig_legged::{Base, StepLoad};
 use twinrig_robot::GRAVITY;
@@ -30,10 +30,13 @@ use super::trunk::{TrunkConstants, TrunkSums};
 /// Motion of legs and feet in one state.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LegMotion<L> {
-    /// The foot.
+    /// The foot, trunk axes.
     pub(crate) point: Point<L>,
-    /// Velocity relative to the trunk, forward and up \[m/s\].
-    relative: [L; 2],
+    /// Place and velocity of the foot in leg axes.
+    place: [L; 3],
+    velocity: [L; 3],
+    /// Velocity relative to the carrier, forward and up \[m/s\].
+    pub(crate) relative: [L; 2],
     /// Rates of the links \[rad/s\].
     pub(crate) rates: [L; 3],
     /// 1/sin(θ₃ − θ₂).
@@ -42,31 +45,44 @@ pub(crate) struct LegMotion<L> {
 
 impl<L: Lanes> LegMotion<L> {
     #[inline(always)]
-    pub(crate) fn new(
-        legs: &Legs<L>,
+    pub(crate) fn new<const A: usize>(
+        legs: &Legs<L, A>,
         turns: &Turns<L, 3>,
-        state: &State<L>,
+        state: &State<L, A>,
         trunk: &TrunkMotion,
+        frame: Option<&LegFrame<L>>,
     ) -> Self {
         let ([s1, s2, s3], [c1, c2, c3]) = (turns.sines, turns.cosines);
         let ([l1, l2, l3], [hx, hy, hz]) = (legs.pantographs.links, legs.hip);
         let (ahead, up) = (l1 * c1, l1 * s1);
         let x = hx + up + l2 * s2 + l3 * s3;
         let z = hz - ahead - l2 * c2 - l3 * c3;
-        let ([wx, wy, wz], v) = (trunk.turning, trunk.velocity);
-        let [ux, uz] = state.foot;
-        let relative = [
-            ux - (z * wy - hy * wz + v[0]),
-            uz - (hy * wx - x * wy + v[2]),
-        ];
+        let ([ux, uz], place) = (state.foot, [x, hy, z]);
+        let (relative, velocity) = match frame {
+            None => {
+                let ([wx, wy, wz], v) = (trunk.turning, trunk.velocity);
+                let relative = [
+                    ux - (z * wy - hy * wz + v[0]),
+                    uz - (hy * wx - x * wy + v[2]),
+                ];
+                (relative, [ux, x * wz - z * wx + v[1], uz])
+            }
+            Some(frame) => {
+                let [vx, vy, vz] = frame.carried(place);
+                ([ux - vx, uz - vz], [ux, vy, uz])
+            }
+        };
+        let point = match frame {
+            None => Point { place, velocity },
+            Some(frame) => frame.point_at(place, velocity),
+        };
         let ahead = relative[0] - ahead * state.hip_rate;
         let up = relative[1] - up * state.hip_rate;
         let per_sine = turns.sine_of_ankle().reciprocal();
         Self {
-            point: Point {
-                place: [x, hy, z],
-                velocity: [ux, x * wz - z * wx + v[1], uz],
-            },
+            point,
+            place,
+            velocity,
             relative,
             rates: [
                 state.hip_rate,
@@ -78,13 +94,46 @@ impl<L: Lanes> LegMotion<L> {
     }
 }
 
+impl<L: Lanes> LegMotion<L> {
+    /// Returns the acceleration of the foot in leg axes without forces on it, and without that of
+    /// the carrier: forward; sideways with the other sign, which the carrier imposes; and up.
+    #[inline(always)]
+    fn drift(&self, trunk: &TrunkMotion, frame: Option<&LegFrame<L>>) -> [L; 3] {
+        let ([ux, uy, uz], [ahead, rise]) = (self.velocity, self.relative);
+        let up = trunk.rotation[2];
+        let gravity = [-GRAVITY * up[0], -GRAVITY * up[1], -GRAVITY * up[2]];
+        match frame {
+            None => {
+                let ([wx, wy, wz], [gx, gy, gz]) = (trunk.turning, gravity);
+                [
+                    uy * wz - uz * wy + gx,
+                    (ahead + ux) * wz - (rise + uz) * wx - gy,
+                    ux * wy - uy * wx + gz,
+                ]
+            }
+            Some(frame) => {
+                let [wx, wy, wz] = frame.turning;
+                let [gx, _, gz] = frame.into_leg(broadcast(ux.zero(), gravity));
+                let [vx, _, vz] = frame.velocity;
+                // The field has the acceleration of the axis, of which V̇ is a part.
+                let along = frame.field[1] + (wz * vx - wx * vz);
+                [
+                    uy * wz - uz * wy + gx,
+                    (ahead + ux) * wz - (rise + uz) * wx - along,
+                    ux * wy - uy * wx + gz,
+                ]
+            }
+        }
+    }
+}
+
 /// Index of the element between second and third link.
 pub(crate) const ANKLE: usize = OWN;
 
 /// Returns the depth of the stop that keeps second and third link from one line, where the foot
 /// does not determine their rates \[m\].
 #[inline(always)]
-pub(crate) fn in_line<L: Lanes>(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
+pub(crate) fn in_line<L: Lanes, const A: usize>(legs: &Legs<L, A>, turns: &Turns<L, 3>) -> L {
     let [depth, _] = barrier(turns.sine_of_ankle());
     legs.pantographs.links[2] * depth
 }
@@ -92,28 +141,31 @@ pub(crate) fn in_line<L: Lanes>(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
 impl<L: Lanes> LegMotion<L> {
     /// Returns the lever of the stop between second and third link \[m\].
     #[inline(always)]
-    fn lever(legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
+    fn lever<const A: usize>(legs: &Legs<L, A>, turns: &Turns<L, 3>) -> L {
         let [_, slope] = barrier(turns.sine_of_ankle());
         -(legs.pantographs.links[2] * turns.cosine_of_ankle() * slope)
     }
 
     /// Returns the rate of the depth of that stop \[m/s\].
     #[inline(always)]
-    pub(crate) fn folding(&self, legs: &Legs<L>, turns: &Turns<L, 3>) -> L {
+    pub(crate) fn folding<const A: usize>(&self, legs: &Legs<L, A>, turns: &Turns<L, 3>) -> L {
         Self::lever(legs, turns) * (self.rates[1] - self.rates[2])
     }
 }
 
 /// Right-hand side in a state, to be called from several places.
-pub(crate) struct Evaluation<'a, S: Simd> {
+pub(crate) struct Evaluation<'a, S: Simd, const A: usize> {
     pub(crate) simd: S,
-    pub(crate) model: &'a CompliantModel,
-    pub(crate) legs: &'a Legs<S::Lanes>,
+    pub(crate) model: &'a CompliantModel<A>,
+    pub(crate) legs: &'a Legs<S::Lanes, A>,
     pub(crate) commands: &'a Commands<S::Lanes>,
     pub(crate) time: f64,
     /// Load of pushes, if any.
     pub(crate) load: Option<&'a StepLoad>,
-    pub(crate) state: &'a State<S::Lanes>,
+    pub(crate) state: &'a State<S::Lanes, A>,
+    /// Joints of abduction at the limit of their torque, once they are known, and the number of
+    /// times that they may be determined again.
+    pub(crate) limited: Option<(Limited<S::Lanes>, u8)>,
 }
 
 /// Forces of the legs.
@@ -127,12 +179,13 @@ struct LegForces<L> {
     compressed: L,
 }
 
-impl<S: Simd> Task for Evaluation<'_, S> {
-    type Output = Slope<S::Lanes>;
+impl<S: Simd, const A: usize> Task for Evaluation<'_, S, A> {
+    type Output = Slope<S::Lanes, A>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        if self.model.rigid.base == Base::Fixed {
+        // Planes that abduct move with any base.
+        if A == 0 && self.model.rigid.base == Base::Fixed {
             self.slope::<false>()
         } else {
             self.slope::<true>()
@@ -140,20 +193,18 @@ impl<S: Simd> Task for Evaluation<'_, S> {
     }
 }
 
-impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
+impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
     #[inline(always)]
-    fn slope<const FREE: bool>(&self) -> Slope<L> {
+    fn slope<const FREE: bool>(&self) -> Slope<L, A> {
         let (simd, legs, state) = (self.simd, self.legs, self.state);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
-        let motion = LegMotion::new(legs, &turns, state, &trunk);
+        let frame = legs.frame(state, &trunk);
+        let motion = LegMotion::new(legs, &turns, state, &trunk, frame.as_ref());
         let forces = self.leg_forces(&turns, &motion);
         let ground = self.ground(&trunk, &motion.point);
         let pushed = self.pushed(&trunk);
-        let [wx, wy, wz] = trunk.turning;
-        let [ux, uy, uz] = motion.point.velocity;
-        let up = trunk.rotation[2];
-        let [gx, gy, gz] = [-GRAVITY * up[0], -GRAVITY * up[1], -GRAVITY * up[2]];
+        let [drift_x, drift_y, drift_z] = motion.drift(&trunk, frame.as_ref());
         let [fx, fz] = forces.foot;
         let [mut outer_x, mut outer_y, mut outer_z] = ground.force;
         let mut external = fx.zero();
@@ -162,18 +213,34 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
             (outer_x, outer_y, outer_z) = (outer_x + x, outer_y + y, outer_z + z);
             external = pushed.power(simd, motion.point.velocity, &trunk);
         }
+        if let Some(frame) = &frame {
+            [outer_x, outer_y, outer_z] = frame.into_leg([outer_x, outer_y, outer_z]);
+        }
         let foot = [
-            (fx + outer_x + legs.mass * (uy * wz - uz * wy + gx)) * legs.per_mass,
-            (fz + outer_z + legs.mass * (ux * wy - uy * wx + gz)) * legs.per_mass,
+            (fx + outer_x + legs.mass * drift_x) * legs.per_mass,
+            (fz + outer_z + legs.mass * drift_z) * legs.per_mass,
         ];
         let zero = fx.zero();
         let mut rates = [zero; 4];
+        let mut joint = None;
         if FREE {
-            // Sideways force on the foot with an unaccelerated trunk.
-            let [ahead, rise] = motion.relative;
-            let sideways = legs.mass * ((ahead + ux) * wz - (rise + uz) * wx - gy) - outer_y;
-            let [vx, vy, vz, roll, pitch, yaw] =
-                self.trunk(&trunk, &motion.point, [fx, sideways, fz], pushed.as_ref());
+            // Sideways force on the foot with an unaccelerated carrier.
+            let sideways = legs.mass * drift_y - outer_y;
+            let force = [fx, sideways, fz];
+            let accelerations = match &frame {
+                None => self.trunk(&trunk, &motion.place, force, pushed.as_ref()),
+                Some(frame) => {
+                    let (accelerations, of_joint) =
+                        self.abducted(&trunk, &motion.place, force, pushed.as_ref(), frame);
+                    joint = of_joint;
+                    accelerations
+                }
+            };
+            if let Some(limited) = self.limited_next(joint.as_ref()) {
+                let limited = Some(limited);
+                return self.simd.call(Self { limited, ..*self });
+            }
+            let [vx, vy, vz, roll, pitch, yaw] = accelerations;
             rates = [
                 simd.load(Quad::of_three(into_world(&trunk.rotation, trunk.velocity))),
                 simd.load(Quad(quaternion_rate(
@@ -187,6 +254,23 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         let [position, attitude, velocity, turning] = rates;
         let knee = legs.pantographs.pulley_radius * forces.tension;
         let [hip_rate, pulley_rate] = self.drives(forces.hip, knee);
+        let mut actuator = forces.hip * state.hip_rate + knee * state.pulley_rate;
+        let mut dissipated = forces.dissipated + ground.dissipated;
+        let mut compressed = forces.compressed + if_compressed(GROUND, ground.depth);
+        let mut abduction = state.abduction;
+        if let (Some(joint), Some(slope)) = (&joint, abduction.first_mut()) {
+            if let Some(joints) = legs.joints.first() {
+                let resistance = joints.resistance(slope.angle, slope.rate);
+                dissipated += resistance.dissipated;
+                compressed += if_compressed(ABDUCTION, resistance.depth);
+            }
+            actuator += joint.torque * slope.rate;
+            *slope = JointState {
+                angle: slope.rate,
+                rate: joint.acceleration,
+                impulse: joint.torque,
+            };
+        }
         Slope {
             state: State {
                 position,
@@ -199,17 +283,18 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
                 pulley_rate,
                 foot,
                 bristle: ground.bristle_rate,
+                abduction,
             },
             flows: Flows {
-                actuator: forces.hip * state.hip_rate + knee * state.pulley_rate,
+                actuator,
                 external,
-                dissipated: forces.dissipated + ground.dissipated,
+                dissipated,
                 hip: forces.hip,
                 knee,
                 cable: forces.tension,
                 ground: ground.force_in_world,
             },
-            compressed: forces.compressed + if_compressed(GROUND, ground.depth),
+            compressed,
         }
     }
 
@@ -296,6 +381,63 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
         }
     }
 
+    /// Returns the same, and the motion of the joints, with legs that abduct.
+    #[inline(always)]
+    fn abducted(
+        &self,
+        trunk: &TrunkMotion,
+        &[x, y, z]: &[L; 3],
+        [fx, fy, fz]: [L; 3],
+        pushed: Option<&Pushed<L>>,
+        frame: &LegFrame<L>,
+    ) -> ([f64; 6], Option<JointMotion<L>>) {
+        let (model, mass, zero) = (self.model, self.legs.mass, fx.zero());
+        let (Some(joints), Some(state)) = (self.legs.joints.first(), self.state.abduction.first())
+        else {
+            return ([0.0; 6], None);
+        };
+        let (mx, mz) = (mass * x, mass * z);
+        // Sideways the mass of the foot moves with its frame.
+        let body = LegBody {
+            linear: [zero, zero, mass, zero, zero, zero],
+            coupling: [[zero; 3], [-mz, zero, mx], [zero; 3]],
+            angular: [mz * z, zero, zero, -(mx * z), zero, mx * x],
+            force: [-fx, -fy, -fz],
+            torque: [z * fy - y * fz, x * fz - z * fx, y * fx - x * fy],
+        };
+        let mut body = body.swung(frame.swing);
+        let drive = joints.drive(
+            self.commands.abduction_at(self.time),
+            state,
+            joints.resistance(state.angle, state.rate).torque,
+            self.limited.as_ref().map(|(limited, _)| limited),
+        );
+        let row = body.eliminate(&drive);
+        let mut system = body.into_trunk(frame);
+        let of_trunk = (model.trunk.mass, [0.0; 3], &model.trunk.tensor());
+        system.add_trunk(of_trunk, trunk.field, trunk.turning);
+        if let Some(pushed) = pushed {
+            system.push(pushed.trunk);
+        }
+        let accelerations = system.solve(model.rigid.base);
+        let motion = row.motion(&drive, frame.acceleration(accelerations));
+        (accelerations, Some(motion))
+    }
+
+    /// Returns the joints at the limit of their torque in the next round, if they differ from those
+    /// assumed.
+    #[inline(always)]
+    fn limited_next(&self, motion: Option<&JointMotion<L>>) -> Option<(Limited<L>, u8)> {
+        let (joints, state) = (self.legs.joints.first()?, self.state.abduction.first()?);
+        let Some((limited, rounds)) = &self.limited else {
+            let limited = joints.beyond(motion?, state).filter(Limited::any)?;
+            return Some((limited, Limited::<L>::ROUNDS));
+        };
+        let set_point = self.commands.abduction_at(self.time);
+        let (next, differs) = joints.next(limited, motion?, set_point, state)?;
+        Some((next, rounds.checked_sub(1).filter(|_| differs)?))
+    }
+
     /// Returns the forces of pushes.
     #[inline(always)]
     fn pushed(&self, trunk: &TrunkMotion) -> Option<Pushed<L>> {
@@ -310,12 +452,11 @@ impl<S: Simd<Lanes = L>, L: Lanes> Evaluation<'_, S> {
     fn trunk(
         &self,
         trunk: &TrunkMotion,
-        point: &Point<L>,
+        &[x, y, z]: &[L; 3],
         [fx, fy, fz]: [L; 3],
         pushed: Option<&Pushed<L>>,
     ) -> [f64; 6] {
         let model = self.model;
-        let [x, y, z] = point.place;
         let (mx, mz) = (self.legs.mass * x, self.legs.mass * z);
         let [ahead, up, pitch, roll] = L::sums([fx, fz, z * fx - x * fz, y * fz - z * fy]).quad().0;
         let [yaw, left, mx_sum, mz_sum] = L::sums([x * fy - y * fx, fy, mx, mz]).quad().0;

@@ -1,13 +1,13 @@
 //! State of the compliant model, and its time derivative.
 
-use twinrig_compliant::Flows;
 use twinrig_compliant::lanes::{Lanes, Quad, Simd};
+use twinrig_compliant::{Flows, JointState};
 
 /// Positions and velocities of trunk, legs and pulleys. `T` is [`Quad`] in memory, or lanes.
 ///
 /// The velocity of the foot determines the rates of the second and the third link.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct State<T> {
+pub(crate) struct State<T, const A: usize = 0> {
     /// Position of the centre of mass of the trunk and the masses at its hips, world frame \[m\].
     pub(crate) position: T,
     /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world, of any length.
@@ -22,25 +22,27 @@ pub(crate) struct State<T> {
     /// Angle of the cable's pulley \[rad\], and its rate.
     pub(crate) pulley: T,
     pub(crate) pulley_rate: T,
-    /// Velocity of the foot in the leg plane, forward and up, trunk axes \[m/s\].
+    /// Velocity of the foot in the leg plane, forward and up \[m/s\].
     pub(crate) foot: [T; 2],
     /// Deflection of the sole along the two tangents of the ground \[m\].
     pub(crate) bristle: [T; 2],
+    /// Joints of abduction, if legs have them.
+    pub(crate) abduction: [JointState<T>; A],
 }
 
 /// Time derivative of a state, with powers and forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slope<T> {
-    pub(crate) state: State<T>,
+pub(crate) struct Slope<T, const A: usize = 0> {
+    pub(crate) state: State<T, A>,
     pub(crate) flows: Flows<T>,
     /// Compressed elements.
     pub(crate) compressed: T,
 }
 
-impl<T: Copy> State<T> {
+impl<T: Copy, const A: usize> State<T, A> {
     /// Applies a function to all members.
     #[inline(always)]
-    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, A> {
         let [first, second, third] = self.angles;
         let ([x, z], [a, b]) = (self.foot, self.bristle);
         State {
@@ -54,6 +56,7 @@ impl<T: Copy> State<T> {
             pulley_rate: of(self.pulley_rate),
             foot: [of(x), of(z)],
             bristle: [of(a), of(b)],
+            abduction: self.abduction.each_ref().map(|joint| joint.map(&mut of)),
         }
     }
 
@@ -75,6 +78,9 @@ impl<T: Copy> State<T> {
             next.foot[i] = of(self.foot[i], other.foot[i]);
             next.bristle[i] = of(self.bristle[i], other.bristle[i]);
         }
+        for i in 0..A {
+            next.abduction[i] = self.abduction[i].zip(&other.abduction[i], &mut of);
+        }
         next
     }
 
@@ -85,7 +91,7 @@ impl<T: Copy> State<T> {
     }
 }
 
-impl State<Quad> {
+impl<const A: usize> State<Quad, A> {
     /// Returns a state at rest in the origin, with bent ankles.
     pub(crate) fn at_rest() -> Self {
         let zero = Quad::splat(0.0);
@@ -100,18 +106,19 @@ impl State<Quad> {
             pulley_rate: zero,
             foot: [zero; 2],
             bristle: [zero; 2],
+            abduction: [JointState::AT_REST; A],
         }
     }
 
     #[inline(always)]
-    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes> {
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, A> {
         self.map(|quad| simd.load(quad))
     }
 }
 
-impl<L: Lanes> State<L> {
+impl<L: Lanes, const A: usize> State<L, A> {
     #[inline(always)]
-    pub(crate) fn store(&self) -> State<Quad> {
+    pub(crate) fn store(&self) -> State<Quad, A> {
         self.map(L::quad)
     }
 }

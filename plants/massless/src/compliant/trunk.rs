@@ -35,6 +35,13 @@ impl TrunkConstants {
         }
     }
 
+    /// Returns the tensor of inertia.
+    #[inline(always)]
+    pub(crate) fn tensor(&self) -> [[f64; 3]; 3] {
+        let ([xx, yy, zz], [xy, xz, yz]) = (self.inertia, self.products.unwrap_or_default());
+        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    }
+
     /// Returns the angular momentum at this angular velocity.
     #[inline(always)]
     pub(crate) fn spin(&self, [wx, wy, wz]: [f64; 3]) -> [f64; 3] {

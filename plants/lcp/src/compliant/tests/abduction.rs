@@ -3,14 +3,16 @@
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use twinrig_compliant::lanes::{Features, Quad};
-use twinrig_compliant::{AbductionConstants, Equations as _, ServoLaw};
+use twinrig_compliant::{AbductionJoints, Equations as _, JointState};
 use twinrig_contact::Ground;
-use twinrig_legged::{Base, Drives, Dynamics as _, Ledger, Readings as _};
-use twinrig_robot::{Abduction, GRAVITY, Robot, Servo};
+use twinrig_legged::{
+    Abduction as AbductionMode, Base, Drives, Dynamics as _, Ledger, Readings as _, Setup,
+};
+use twinrig_robot::{Abduction, Robot, Servo};
+use twinrig_testing::point_masses::{self, Point, PointMotion};
 
 use super::super::equations::{CompliantFlow, compliant_state};
-use super::super::model::{AbductionModel, CompliantEquations, CompliantModel};
-use super::super::state::Abduction as JointState;
+use super::super::model::{CompliantEquations, CompliantModel};
 use super::compliance;
 use crate::fixtures::{self, flow, without_toes};
 
@@ -31,15 +33,14 @@ fn robot() -> Robot {
 }
 
 /// Servo of abduction, stronger or weaker.
-fn servo(torque: f64) -> ServoLaw {
-    let servo = Servo {
+fn servo(torque: f64) -> Servo {
+    Servo {
         torque,
         speed: 6.0,
         lag: 0.02,
         dead_band: 0.0,
         inertia: 1e-5,
-    };
-    (&twinrig_actuator::PositionServo::new(&servo).unwrap()).into()
+    }
 }
 
 type Locked = CompliantFlow<3, 1, 0>;
@@ -89,23 +90,23 @@ impl Case {
         base: Base,
         drives: Drives,
         ground: Option<Ground>,
-        servo: Option<ServoLaw>,
+        servo: Option<Servo>,
         tolerance: f64,
     ) -> (Abducting, Locked) {
         let robot = robot();
         let pose = ([20.0, -40.0, 55.0], [-3.0, 5.0, 8.0]);
-        let rigid = flow::<3>(&robot, base, pose, drives, ground);
-        let joints = robot
-            .legs
-            .iter()
-            .filter_map(AbductionConstants::new)
-            .collect();
-        let compliances = vec![compliance(); 4];
-        let model = CompliantModel::new(
-            rigid.model.clone(),
-            &compliances,
-            [AbductionModel { joints, servo }],
+        let setup = fixtures::setup(&robot, base, pose, drives, ground);
+        let rigid = flow::<3>(
+            &robot,
+            base,
+            pose,
+            setup.drives.clone(),
+            setup.ground.clone(),
         );
+        let abduction = servo.map_or(AbductionMode::Passive, AbductionMode::Servos);
+        let joints = AbductionJoints::new(&robot, &Setup { abduction, ..setup }).unwrap();
+        let compliances = vec![compliance(); 4];
+        let model = CompliantModel::new(rigid.model.clone(), &compliances, [joints]);
         let mut state = compliant_state::<3, 1, 1>(&rigid.run.state);
         state.position = Quad::of_three(self.position);
         state.attitude = Quad(self.attitude);
@@ -137,56 +138,52 @@ impl Case {
     }
 }
 
-/// Coordinates of the robot: trunk, links by leg, joints of abduction.
-#[derive(Debug, Clone)]
-struct Coordinates {
-    position: Vector3<f64>,
-    attitude: Rotation3<f64>,
-    angles: [[f64; 3]; 4],
-    abduction: [f64; 4],
-}
-
-/// Number of the coordinates, and index of the first joint of abduction.
+/// Number of the coordinates: trunk, links by leg, joints of abduction; index of the first joint.
 const COORDINATES: usize = 22;
 const JOINTS: usize = 18;
 
-impl Coordinates {
-    /// Returns the coordinates moved by a small vector, whose rotation is in trunk axes.
-    fn moved(&self, by: &[f64; COORDINATES]) -> Self {
-        let three = |from: usize| Vector3::new(by[from], by[from + 1], by[from + 2]);
-        let mut next = self.clone();
-        next.position += three(0);
-        next.attitude *= Rotation3::new(three(3));
-        for leg in 0..4 {
-            for link in 0..3 {
-                next.angles[leg][link] += by[6 + 3 * leg + link];
-            }
-            next.abduction[leg] += by[JOINTS + leg];
+/// Returns the motion of a robot as point masses: rods of the legs by Simpson's rule.
+fn motion<'r, const A: usize>(
+    flow: &mut CompliantFlow<3, 1, A>,
+    robot: &'r Robot,
+) -> PointMotion<impl Fn(&[f64; COORDINATES]) -> Vec<Point> + 'r, COORDINATES> {
+    flow.update_slope();
+    let (state, slope) = (flow.state, flow.slope.unwrap().state);
+    let (position, attitude) = (flow.position(), Rotation3::from_matrix(&flow.rotation()));
+    let (velocity, turning) = (Vector3::from(state.velocity.three()), state.turning.three());
+    let acceleration =
+        Vector3::from(slope.velocity.three()) + Vector3::from(turning).cross(&velocity);
+    let (mut rates, mut accelerations) = ([0.0; COORDINATES], [0.0; COORDINATES]);
+    rates[..3].copy_from_slice((attitude * velocity).as_slice());
+    accelerations[..3].copy_from_slice((attitude * acceleration).as_slice());
+    rates[3..6].copy_from_slice(&turning);
+    accelerations[3..6].copy_from_slice(&slope.turning.three());
+    for leg in 0..4 {
+        for link in 0..3 {
+            rates[6 + 3 * leg + link] = state.rates[link].0[leg];
+            accelerations[6 + 3 * leg + link] = slope.rates[link].0[leg];
         }
-        next
+        for (joint, slope) in state.abduction.iter().zip(&slope.abduction) {
+            rates[JOINTS + leg] = joint.rate.0[leg];
+            accelerations[JOINTS + leg] = slope.rate.0[leg];
+        }
     }
-
-    /// Places of point masses \[kg, m\]: rods of the legs by Simpson's rule, and the trunk as three
-    /// pairs of points with its moments of inertia.
-    fn points(&self, robot: &Robot) -> Vec<(f64, Vector3<f64>)> {
-        let mut points = Vec::new();
-        let [x, y, z] = robot.trunk.inertia;
-        let seconds = [y + z - x, x + z - y, x + y - z].map(|sum| 0.5 * sum);
-        let mass = robot.trunk.mass / 6.0;
-        for (axis, second) in seconds.into_iter().enumerate() {
-            let mut at = Vector3::zeros();
-            at[axis] = libm::sqrt(second / (2.0 * mass));
-            points.extend([at, -at].map(|at| (mass, at)));
-        }
+    let places = move |by: &[f64; COORDINATES]| {
+        let mut points = point_masses::trunk(robot);
         for (i, mount) in robot.legs.iter().enumerate() {
-            let (leg, joint) = (&mount.leg, mount.leg.abduction.unwrap());
-            let side = if mount.hip[1] > 0.0 { 1.0 } else { -1.0 };
-            let hip = Vector3::from(mount.hip);
-            let axis = hip + Vector3::new(0.0, -side * joint.offset, joint.height);
-            let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), self.abduction[i]);
-            let ahead = self.angles[i].map(|t| Vector3::new(libm::sin(t), 0.0, -libm::cos(t)));
+            let leg = &mount.leg;
+            let angle = |link: usize| state.angles[link].0[i] + by[6 + 3 * i + link];
+            let ahead = [0, 1, 2]
+                .map(|link| Vector3::new(libm::sin(angle(link)), 0.0, -libm::cos(angle(link))));
+            let angle = state
+                .abduction
+                .first()
+                .map_or(0.0, |joint| joint.angle.0[i]);
             let mut put = |mass: f64, at: Vector3<f64>| {
-                points.push((mass, axis + turn * (hip + at - axis)));
+                points.push((
+                    mass,
+                    point_masses::abducted(mount, angle + by[JOINTS + i], at),
+                ));
             };
             let mut rod = |mass: f64, from: Vector3<f64>, along: Vector3<f64>| {
                 for (share, at) in [(1.0, 0.0), (4.0, 0.5), (1.0, 1.0)] {
@@ -204,95 +201,12 @@ impl Coordinates {
             );
             put(leg.mass.foot, ankle + ahead[2] * (leg.l3 - leg.l_delta));
         }
-        let place = |(mass, at)| (mass, self.position + self.attitude * at);
-        points.into_iter().map(place).collect()
-    }
-}
-
-/// Coordinates, their rates and accelerations.
-struct Motion {
-    at: Coordinates,
-    rates: [f64; COORDINATES],
-    accelerations: [f64; COORDINATES],
-}
-
-impl Motion {
-    fn new<const A: usize>(flow: &mut CompliantFlow<3, 1, A>) -> Self {
-        flow.update_slope();
-        let (state, slope) = (flow.state, flow.slope.unwrap().state);
-        let attitude = Rotation3::from_matrix(&flow.rotation());
-        let (velocity, turning) = (Vector3::from(state.velocity.three()), state.turning.three());
-        let acceleration =
-            Vector3::from(slope.velocity.three()) + Vector3::from(turning).cross(&velocity);
-        let (mut rates, mut accelerations) = ([0.0; COORDINATES], [0.0; COORDINATES]);
-        rates[..3].copy_from_slice((attitude * velocity).as_slice());
-        accelerations[..3].copy_from_slice((attitude * acceleration).as_slice());
-        rates[3..6].copy_from_slice(&turning);
-        accelerations[3..6].copy_from_slice(&slope.turning.three());
-        let mut at = Coordinates {
-            position: Vector3::from(state.position.three()),
-            attitude,
-            angles: [[0.0; 3]; 4],
-            abduction: [0.0; 4],
-        };
-        for leg in 0..4 {
-            for link in 0..3 {
-                at.angles[leg][link] = state.angles[link].0[leg];
-                rates[6 + 3 * leg + link] = state.rates[link].0[leg];
-                accelerations[6 + 3 * leg + link] = slope.rates[link].0[leg];
-            }
-            for (joint, slope) in state.abduction.iter().zip(&slope.abduction) {
-                at.abduction[leg] = joint.angle.0[leg];
-                rates[JOINTS + leg] = joint.rate.0[leg];
-                accelerations[JOINTS + leg] = slope.rate.0[leg];
-            }
-        }
-        Self {
-            at,
-            rates,
-            accelerations,
-        }
-    }
-
-    /// Generalised forces by d'Alembert's principle: Σ m (ẍ − g) ∂x/∂q.
-    fn forces(&self, robot: &Robot) -> [f64; COORDINATES] {
-        let after = |h: f64| {
-            let by =
-                std::array::from_fn(|i| h * self.rates[i] + 0.5 * h * h * self.accelerations[i]);
-            self.at.moved(&by).points(robot)
-        };
-        let along = |i: usize, h: f64| {
-            let mut by = [0.0; COORDINATES];
-            by[i] = h;
-            self.at.moved(&by).points(robot)
-        };
-        let h = 1e-4;
-        let times = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|steps| after(steps * h));
-        std::array::from_fn(|i| {
-            let (less, more) = (along(i, -h), along(i, h));
-            let points = (0..times[2].len()).map(|p| {
-                let [a, b, c, d, e] = times.each_ref().map(|points| points[p].1);
-                let acceleration = ((b + d) * 16.0 - a - e - c * 30.0) / (12.0 * h * h);
-                let force = (acceleration + Vector3::z() * GRAVITY) * times[2][p].0;
-                force.dot(&((more[p].1 - less[p].1) / (2.0 * h)))
-            });
-            points.sum()
-        })
-    }
-
-    /// Kinetic energy \[J\].
-    fn kinetic(&self, robot: &Robot) -> f64 {
-        let h = 1e-5;
-        let after = |h: f64| {
-            self.at
-                .moved(&self.rates.map(|rate| h * rate))
-                .points(robot)
-        };
-        let (before, after) = (after(-h), after(h));
-        let points = before.iter().zip(&after);
-        points
-            .map(|((mass, a), (_, b))| 0.5 * mass * ((b - a) / (2.0 * h)).norm_squared())
-            .sum()
+        point_masses::in_world(points, &position, &attitude, by)
+    };
+    PointMotion {
+        places,
+        rates,
+        accelerations,
     }
 }
 
@@ -302,8 +216,9 @@ proptest! {
     fn accelerations_are_those_of_point_masses(case in case()) {
         let (mut flow, mut locked) = case.flows(Base::Free, Drives::None, None, None, 1e-6);
         let robot = robot();
-        let (motion, plain) = (Motion::new(&mut flow), Motion::new(&mut locked));
-        let (forces, internal) = (motion.forces(&robot), plain.forces(&robot));
+        let motion = motion(&mut flow, &robot);
+        let forces = motion.forces();
+        let internal = self::motion(&mut locked, &robot).forces();
         for i in 0..COORDINATES {
             // In flight: nothing acts on the trunk, friction on the joints, and inside the legs
             // that which acts with locked joints.
@@ -317,7 +232,7 @@ proptest! {
             prop_assert!((forces[i] - expected).abs() < size, "{i}: {} {expected}", forces[i]);
         }
         let [kinetic, ..] = flow.stored();
-        let expected = motion.kinetic(&robot);
+        let expected = motion.kinetic();
         prop_assert!((kinetic - expected).abs() < 1e-7 * expected, "{kinetic} {expected}");
     }
 
@@ -358,17 +273,17 @@ proptest! {
     fn servos_follow_their_command_or_are_at_the_limit_of_their_torque(
         case in case(), torque in 0.001..0.3_f64,
     ) {
-        let law = servo(torque);
+        let servo = servo(torque);
         for drives in [Drives::None, fixtures::servo_drives(&robot())] {
             let (mut flow, _) =
-                case.flows(Base::Free, drives, Some(fixtures::flat()), Some(law), 1e-6);
+                case.flows(Base::Free, drives, Some(fixtures::flat()), Some(servo), 1e-6);
             flow.update_slope();
             let joints = flow.slope.unwrap().state.abduction[0];
             for leg in 0..4 {
                 let rate = case.rates[leg];
                 // At its set-point, the cascade commands the rate to zero.
                 let wanted = -rate * 4.0 / 0.02;
-                let torque_found = joints.impulse.0[leg] + law.inertia() * joints.rate.0[leg];
+                let torque_found = joints.impulse.0[leg] + servo.inertia * joints.rate.0[leg];
                 let lost = rate * torque / 6.0;
                 let limits = [
                     (-torque - lost).clamp(-torque, 0.0),
@@ -415,8 +330,9 @@ fn a_fixed_trunk_lets_its_legs_swing_like_pendulums() {
         rates: [0.3, 0.0, -1.0, 2.0],
     };
     let (mut flow, _) = case.flows(Base::Fixed, Drives::None, None, None, 1e-9);
-    let motion = Motion::new(&mut flow);
-    let forces = motion.forces(&robot());
+    let robot = robot();
+    let motion = motion(&mut flow, &robot);
+    let forces = motion.forces();
     for leg in JOINTS..COORDINATES {
         let expected = -2e-3 * motion.rates[leg];
         assert!(
@@ -444,13 +360,13 @@ fn stops_turn_a_leg_back() {
         turning: [0.0; 3],
         swing: [0.0; 4],
         angles: [0.0; 4],
-        rates: [14.0, 14.0, -14.0, -14.0],
+        rates: [20.0, 20.0, -20.0, -20.0],
     };
     let (mut flow, _) = case.flows(Base::Fixed, Drives::None, None, None, 1e-6);
     flow.log_events(true);
     let mut extremes = [0.0_f64; 4];
     // Before the legs are back at their other stops.
-    for _ in 0..30 {
+    for _ in 0..22 {
         flow.step(2e-3).unwrap();
         for (most, angle) in extremes.iter_mut().zip(flow.state.abduction[0].angle.0) {
             *most = if angle.abs() > most.abs() {

@@ -20,7 +20,12 @@ fn oncilla() -> CompliantFlow {
         base: Base::Free,
         ..standing(drives, 1000)
     };
-    initial(&robot, &Options::compliant(setup, StepControl::TOLERANCE)).unwrap()
+    initial(
+        &robot,
+        &Options::compliant(setup, StepControl::TOLERANCE),
+        [],
+    )
+    .unwrap()
 }
 
 /// Applies voltages to the motors that swing and wind, and returns their least tension over the
@@ -58,6 +63,7 @@ fn slope_of<S: Simd>(simd: S, flow: &CompliantFlow, state: &State<S::Lanes>) -> 
         time: 0.0,
         load: None,
         state,
+        limited: None,
     }
     .run()
 }

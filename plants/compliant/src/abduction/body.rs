@@ -1,0 +1,166 @@
+//! Legs in the frames that carry them: inertia and force, and elimination of the joint.
+//!
+//! A leg resists an acceleration A of its frame, about whose first axis the joint turns, by the
+//! wrench W = M A − Q. The joint's row of it is the torque τ of drive, stops and friction: an
+//! acceleration α̈ of the joint is imposed, or follows from
+//!
+//! ```text
+//! (M₄₄ + I) α̈ = τ + Q₄ − M₄ A
+//! ```
+//!
+//! with the inertia I of the drive. The sums of M and Q over the legs, in trunk axes, are added to
+//! the equations of the trunk.
+
+use super::drive::{JointDrive, JointMotion};
+use super::frame::LegFrame;
+use super::spatial::SpatialSystem;
+use crate::lanes::Lanes;
+
+/// Inertia M of a leg, and the force and torque Q for which it needs no acceleration, in leg axes
+/// about the origin of the frame.
+#[derive(Debug, Clone, Copy)]
+pub struct LegBody<L> {
+    /// Blocks of M; symmetric ones row by row up to the diagonal.
+    pub linear: [L; 6],
+    /// See [`Self::linear`].
+    pub coupling: [[L; 3]; 3],
+    /// See [`Self::linear`].
+    pub angular: [L; 6],
+    /// Force \[N\].
+    pub force: [L; 3],
+    /// Torque \[N·m\].
+    pub torque: [L; 3],
+}
+
+/// Row of a joint, kept from its elimination.
+#[derive(Debug, Clone, Copy)]
+pub struct JointRow<L> {
+    row: [L; 6],
+    torque: L,
+    /// 1/(M₄₄ + I) of joints that turn under a torque, zero of the others.
+    per: L,
+}
+
+impl<L: Lanes> LegBody<L> {
+    /// Subtracts the wrench of the angular acceleration that the frame has without those of trunk
+    /// and joint, about its second and third axis \[rad/s²\].
+    #[inline(always)]
+    #[must_use]
+    pub fn swung(mut self, [about_y, about_z]: [L; 2]) -> Self {
+        let [_, yx, yy, zx, zy, zz] = self.angular;
+        let about = [(yx, zx), (yy, zy), (zy, zz)];
+        for i in 0..3 {
+            let [_, by_y, by_z] = self.coupling[i];
+            self.force[i] -= by_y * about_y + by_z * about_z;
+            let (by_y, by_z) = about[i];
+            self.torque[i] -= by_y * about_y + by_z * about_z;
+        }
+        self
+    }
+
+    /// Moves the imposed acceleration of the joint to the right-hand sides, or eliminates it.
+    #[inline(always)]
+    pub fn eliminate(&mut self, drive: &JointDrive<L>) -> JointRow<L> {
+        let [[x, ..], [y, ..], [z, ..]] = self.coupling;
+        let [roll, pitch, _, yaw, ..] = self.angular;
+        let (row, torque) = ([x, y, z, roll, pitch, yaw], self.torque[0]);
+        let zero = x.zero();
+        let Some(turning) = drive.turning else {
+            self.drive(&row, drive.acceleration);
+            let per = zero;
+            return JointRow { row, torque, per };
+        };
+        let per = (roll + drive.inertia).reciprocal().or(turning, zero);
+        let imposed = zero.or(turning, drive.acceleration);
+        self.drive(
+            &row,
+            imposed + per * (drive.torque + drive.resistance + torque),
+        );
+        let mut scaled = row;
+        for entry in &mut scaled {
+            *entry = *entry * per;
+        }
+        let mut entry = 0;
+        for a in 0..3 {
+            for b in 0..=a {
+                self.linear[entry] -= scaled[a] * row[b];
+                self.angular[entry] -= scaled[3 + a] * row[3 + b];
+                entry += 1;
+            }
+            for b in 0..3 {
+                self.coupling[a][b] -= scaled[a] * row[3 + b];
+            }
+        }
+        JointRow { row, torque, per }
+    }
+
+    /// Subtracts the wrench of an acceleration of the joint.
+    #[inline(always)]
+    fn drive(&mut self, row: &[L; 6], acceleration: L) {
+        for i in 0..3 {
+            self.force[i] -= row[i] * acceleration;
+            self.torque[i] -= row[3 + i] * acceleration;
+        }
+    }
+
+    /// Returns the sums over the legs in trunk axes, about the origin of the trunk.
+    #[inline(always)]
+    pub fn into_trunk(self, frame: &LegFrame<L>) -> SpatialSystem {
+        let [left, up] = frame.axis;
+        let linear = frame.tensor_into_trunk(self.linear);
+        let mut coupling = self.coupling;
+        // The first axis of rows and columns is that of the rotation.
+        for row in &mut coupling {
+            *row = frame.into_trunk(*row);
+        }
+        for j in 0..3 {
+            let column = frame.into_trunk([coupling[0][j], coupling[1][j], coupling[2][j]]);
+            [coupling[0][j], coupling[1][j], coupling[2][j]] = column;
+        }
+        let mut angular = frame.tensor_into_trunk(self.angular);
+        let [force, torque] = frame.wrench_into_trunk(self.force, self.torque);
+        // The velocity of the axis is v + ω × a.
+        let [xx, yx, yy, zx, zy, zz] = linear;
+        let moved = [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]];
+        let about = |[b0, b1, b2]: [[L; 3]; 3], i: usize, j: usize| match i {
+            0 => left * b2[j] - up * b1[j],
+            1 => up * b0[j],
+            _ => -(left * b0[j]),
+        };
+        let before = coupling;
+        for i in 0..3 {
+            let [x, y, z] = moved[i];
+            coupling[i][0] += left * z - up * y;
+            coupling[i][1] += up * x;
+            coupling[i][2] -= left * x;
+        }
+        let mut entry = 0;
+        for i in 0..3 {
+            for j in 0..=i {
+                angular[entry] += about(coupling, i, j) + about(before, j, i);
+                entry += 1;
+            }
+        }
+        SpatialSystem::sum(&linear, &coupling, &angular, force, torque)
+    }
+}
+
+impl<L: Lanes> JointRow<L> {
+    /// Returns the motion of the joint, at the acceleration of the frame without it, whose part
+    /// from the rotation of the frame is in the force already.
+    #[inline(always)]
+    pub fn motion(&self, drive: &JointDrive<L>, [a, b]: [[L; 3]; 2]) -> JointMotion<L> {
+        let row = &self.row;
+        let linear = row[0] * a[0] + row[1] * a[1] + row[2] * a[2];
+        let pulled = linear + (row[3] * b[0] + row[4] * b[1] + row[5] * b[2]);
+        let free = self.per * (drive.torque + drive.resistance + self.torque - pulled);
+        let acceleration = match drive.turning {
+            Some(turning) => free.or(turning, drive.acceleration),
+            None => drive.acceleration,
+        };
+        JointMotion {
+            acceleration,
+            torque: pulled + row[3] * acceleration - self.torque - drive.resistance,
+        }
+    }
+}

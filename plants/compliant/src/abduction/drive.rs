@@ -1,0 +1,239 @@
+//! Servos of the joints, and the limits of their torque.
+
+use twinrig_kernel::signal;
+use twinrig_runtime::PlantState;
+
+use super::AbductionJoints;
+use crate::flow::AbductionState;
+use crate::lanes::{Lanes, Quad};
+
+/// Joints of all legs in a state, or their rates in a slope; `T` is [`Quad`] in memory, or lanes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointState<T> {
+    /// Angle \[rad\].
+    pub angle: T,
+    /// Its rate \[rad/s\].
+    pub rate: T,
+    /// Integral of the torque of the drive on the leg \[N·m·s\].
+    pub impulse: T,
+}
+
+impl JointState<Quad> {
+    /// Joints at rest at zero.
+    pub const AT_REST: Self = Self {
+        angle: Quad::splat(0.0),
+        rate: Quad::splat(0.0),
+        impulse: Quad::splat(0.0),
+    };
+}
+
+/// Name of a leg's joint in a plant's state: angle and rate.
+const ENTRY: &str = "abduction";
+
+impl JointState<Quad> {
+    /// Returns the entries of the joints of these legs in a plant's state.
+    pub fn entries<'a>(
+        &'a self,
+        legs: impl Iterator<Item = &'a str> + 'a,
+    ) -> impl Iterator<Item = (String, Vec<f64>)> + 'a {
+        legs.enumerate().map(|(i, leg)| {
+            let values = vec![self.angle.0[i], self.rate.0[i]];
+            (signal::of_leg(leg, ENTRY), values)
+        })
+    }
+
+    /// Adopts the entries of the joints of these legs, and adds a line for each that is missing.
+    pub fn adopt<'a>(
+        &mut self,
+        legs: impl Iterator<Item = &'a str>,
+        from: &PlantState,
+        lines: &mut Vec<String>,
+    ) {
+        for (i, leg) in legs.enumerate() {
+            let name = signal::of_leg(leg, ENTRY);
+            match from.get(&name) {
+                Some([angle, rate]) if angle.is_finite() && rate.is_finite() => {
+                    (self.angle.0[i], self.rate.0[i]) = (*angle, *rate);
+                }
+                _ => lines.push(format!("{name} is missing; the leg is upright")),
+            }
+        }
+    }
+}
+
+impl<T: Copy> JointState<T> {
+    /// Applies a function to all members.
+    #[inline(always)]
+    pub fn map<U>(&self, mut of: impl FnMut(T) -> U) -> JointState<U> {
+        JointState {
+            angle: of(self.angle),
+            rate: of(self.rate),
+            impulse: of(self.impulse),
+        }
+    }
+
+    /// Combines two member by member.
+    #[inline(always)]
+    pub fn zip<U: Copy, V>(
+        &self,
+        other: &JointState<U>,
+        mut of: impl FnMut(T, U) -> V,
+    ) -> JointState<V> {
+        JointState {
+            angle: of(self.angle, other.angle),
+            rate: of(self.rate, other.rate),
+            impulse: of(self.impulse, other.impulse),
+        }
+    }
+}
+
+/// Drive of the joints in one state.
+#[derive(Clone, Copy)]
+pub struct JointDrive<L: Lanes> {
+    /// Imposed acceleration \[rad/s²\].
+    pub acceleration: L,
+    /// Torque of joints that turn under one \[N·m\], and which do.
+    pub torque: L,
+    /// See [`Self::torque`].
+    pub turning: Option<L::Mask>,
+    /// Torque of stops and friction \[N·m\].
+    pub resistance: L,
+    /// Inertia of the drives \[kg·m²\].
+    pub inertia: L,
+}
+
+/// Acceleration of a joint \[rad/s²\], and torque of its drive on the leg \[N·m\].
+#[derive(Debug, Clone, Copy)]
+pub struct JointMotion<L> {
+    /// Acceleration.
+    pub acceleration: L,
+    /// Torque.
+    pub torque: L,
+}
+
+/// Joints of a kind at the limit of their torque.
+#[derive(Debug, Clone, Copy)]
+pub struct Limited<L> {
+    /// Torque \[N·m\].
+    pub torque: L,
+    /// 1 at the greatest torque, −1 at the least, 0 for a joint that follows its command.
+    pub side: L,
+}
+
+impl<L: Lanes> Limited<L> {
+    /// Greatest number of rounds that determine them; two suffice but where several joints are
+    /// about to reach their limits.
+    pub const ROUNDS: u8 = 6;
+
+    /// Returns no joints at their limit.
+    #[inline(always)]
+    pub fn none(zero: L) -> Self {
+        Self {
+            torque: zero,
+            side: zero,
+        }
+    }
+
+    /// Returns the joints that need a torque beyond its limit.
+    #[inline(always)]
+    pub fn beyond(torque: L, limit: L) -> Self {
+        let (zero, one) = (torque.zero(), torque.like(1.0));
+        let side = one.or(torque.gt(limit), (-one).or(limit.gt(torque), zero));
+        Self {
+            torque: limit,
+            side,
+        }
+    }
+
+    /// Returns whether there are such joints.
+    #[inline(always)]
+    pub fn any(&self) -> bool {
+        self.side.any(self.side.abs().gt(self.side.zero()))
+    }
+
+    /// Returns the joints at their limit in the next round, and whether they differ: whether one is
+    /// at its limit depends on the others. `beyond` has those that would need more torque, `lag` is
+    /// the commanded less the present acceleration.
+    #[inline(always)]
+    pub fn next(&self, beyond: &Self, lag: L) -> (Self, bool) {
+        let zero = lag.zero();
+        let follows = zero.gt(self.side.abs() - 0.5);
+        let kept = zero.or(zero.gt(lag * self.side), self.side);
+        let next = Self {
+            torque: beyond.torque.or(follows, self.torque),
+            side: beyond.side.or(follows, kept),
+        };
+        let differs = (next.side - self.side).abs().gt(zero);
+        (next, zero.any(differs))
+    }
+}
+
+impl AbductionJoints<Quad> {
+    /// Returns the motion of joints in a state.
+    pub fn state(&self, joint: &JointState<Quad>) -> AbductionState {
+        AbductionState {
+            angle: joint.angle,
+            rate: joint.rate,
+            impulse: joint.impulse,
+            inertia: self.inertia(),
+        }
+    }
+}
+
+impl<L: Lanes> AbductionJoints<L> {
+    /// Returns the commanded accelerations; none without servos.
+    #[inline(always)]
+    fn commanded(&self, set_point: L, joint: &JointState<L>) -> Option<L> {
+        Some(
+            self.servo
+                .as_ref()?
+                .acceleration(set_point, joint.angle, joint.rate),
+        )
+    }
+
+    /// Returns the drive of joints in a state, some of them at the limit of their torque; joints
+    /// without servos turn freely. `resistance` is the torque of stops and friction \[N·m\].
+    #[inline(always)]
+    pub fn drive(
+        &self,
+        set_point: L,
+        joint: &JointState<L>,
+        resistance: L,
+        limited: Option<&Limited<L>>,
+    ) -> JointDrive<L> {
+        let zero = set_point.zero();
+        let commanded = self.commanded(set_point, joint);
+        let turning = match (&commanded, limited) {
+            (None, _) => Some(zero.like(1.0).gt(zero)),
+            (Some(_), limited) => limited.map(|limited| limited.side.abs().gt(zero)),
+        };
+        JointDrive {
+            acceleration: commanded.unwrap_or(zero),
+            torque: limited.map_or(zero, |limited| limited.torque),
+            turning,
+            resistance,
+            inertia: zero.like(self.inertia()),
+        }
+    }
+
+    /// Returns the joints whose servos need a torque beyond its limit, if there are such servos.
+    #[inline(always)]
+    pub fn beyond(&self, motion: &JointMotion<L>, joint: &JointState<L>) -> Option<Limited<L>> {
+        let servo = self.servo.as_ref().filter(|servo| servo.is_limited())?;
+        let torque = motion.torque + motion.acceleration * servo.inertia();
+        Some(Limited::beyond(torque, servo.limited(torque, joint.rate)))
+    }
+
+    /// Returns the joints at their limit in the next round, and whether they differ.
+    #[inline(always)]
+    pub fn next(
+        &self,
+        limited: &Limited<L>,
+        motion: &JointMotion<L>,
+        set_point: L,
+        joint: &JointState<L>,
+    ) -> Option<(Limited<L>, bool)> {
+        let lag = self.commanded(set_point, joint)? - motion.acceleration;
+        Some(limited.next(&self.beyond(motion, joint)?, lag))
+    }
+}
