@@ -1,5 +1,6 @@
 //! Tests of whole rigs: determinism, omission, physical laws, buses, snapshots.
 
+mod abduction;
 mod battery;
 mod bus;
 mod carried;

@@ -40,7 +40,7 @@ pub(crate) fn quadruped(tree: Tree) -> Result<Quadruped, Problem> {
     }
     if chains.iter().any(|chain| chain.abducts) {
         notes.push(
-            "the joints of hip abduction are locked at zero: no plant's legs abduct".to_owned(),
+            "the joints of hip abduction are locked at zero".to_owned(),
         );
     }
     if trunk.mass <= 0.0 {

@@ -45,7 +45,7 @@
 //! # }
 //! ```
 //!
-//! Not modelled: hip abduction, bending of segments, collisions of other parts than the feet, the
+//! Not modelled: hip abduction with rigid constraints or toe joints, bending of segments, collisions of other parts than the feet, the
 //! electronics of the drives, and the reaction of a drive's rotor on the trunk, which is small
 //! behind a gear.
 #![doc = include_str!("../README.md")]

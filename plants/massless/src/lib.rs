@@ -37,8 +37,8 @@
 //!
 //! Not modelled: inertia of the segments (the full plant has it), ankles folded up to the second
 //! segment (where hip and foot do not determine the pose; a stop precedes it), the toe (its spring
-//! stays unloaded under a point foot), abduction of the hips, collisions other than of the feet,
-//! and the drives' electronics.
+//! stays unloaded under a point foot), abduction of the hips with rigid constraints, collisions
+//! other than of the feet, and the drives' electronics.
 #![doc = include_str!("../README.md")]
 #![allow(
     clippy::inline_always,

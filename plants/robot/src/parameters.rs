@@ -282,8 +282,8 @@ record! {
         pub hip: Servo = Servo::TYPE,
         /// Winding of the knee cable.
         pub knee: Servo = Servo::TYPE,
-        /// Abduction of the hip, if the robot has a servo for it. No plant's legs abduct yet; the
-        /// servo runs without effect on them.
+        /// Abduction of the hip, if the robot has a servo for it. While the joints are locked it
+        /// runs without effect on the legs.
         pub abduction: Option<Servo> = Optional(Servo::TYPE),
     }
 }
