@@ -39,9 +39,7 @@ pub(crate) fn quadruped(tree: Tree) -> Result<Quadruped, Problem> {
         trunk = trunk.with(&chain.abducting);
     }
     if chains.iter().any(|chain| chain.abducts) {
-        notes.push(
-            "the joints of hip abduction are locked at zero".to_owned(),
-        );
+        notes.push("the joints of hip abduction are locked at zero".to_owned());
     }
     if trunk.mass <= 0.0 {
         let message = "the trunk has no mass";

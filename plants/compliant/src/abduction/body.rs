@@ -108,39 +108,47 @@ impl<L: Lanes> LegBody<L> {
     pub fn into_trunk(self, frame: &LegFrame<L>) -> SpatialSystem {
         let [left, up] = frame.axis;
         let linear = frame.tensor_into_trunk(self.linear);
-        let mut coupling = self.coupling;
-        // The first axis of rows and columns is that of the rotation.
-        for row in &mut coupling {
-            *row = frame.into_trunk(*row);
-        }
-        for j in 0..3 {
-            let column = frame.into_trunk([coupling[0][j], coupling[1][j], coupling[2][j]]);
-            [coupling[0][j], coupling[1][j], coupling[2][j]] = column;
-        }
-        let mut angular = frame.tensor_into_trunk(self.angular);
-        let [force, torque] = frame.wrench_into_trunk(self.force, self.torque);
+        // Both rows and columns turn.
+        let [x, y, z] = self.coupling;
+        let (x, y, z) = (
+            frame.into_trunk(x),
+            frame.into_trunk(y),
+            frame.into_trunk(z),
+        );
+        let first = frame.into_trunk([x[0], y[0], z[0]]);
+        let second = frame.into_trunk([x[1], y[1], z[1]]);
+        let third = frame.into_trunk([x[2], y[2], z[2]]);
+        let x = [first[0], second[0], third[0]];
+        let y = [first[1], second[1], third[1]];
+        let z = [first[2], second[2], third[2]];
         // The velocity of the axis is v + ω × a.
         let [xx, yx, yy, zx, zy, zz] = linear;
-        let moved = [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]];
-        let about = |[b0, b1, b2]: [[L; 3]; 3], i: usize, j: usize| match i {
-            0 => left * b2[j] - up * b1[j],
-            1 => up * b0[j],
-            _ => -(left * b0[j]),
-        };
-        let before = coupling;
-        for i in 0..3 {
-            let [x, y, z] = moved[i];
-            coupling[i][0] += left * z - up * y;
-            coupling[i][1] += up * x;
-            coupling[i][2] -= left * x;
-        }
-        let mut entry = 0;
-        for i in 0..3 {
-            for j in 0..=i {
-                angular[entry] += about(coupling, i, j) + about(before, j, i);
-                entry += 1;
-            }
-        }
+        let moved_x = [
+            x[0] + (left * zx - up * yx),
+            x[1] + up * xx,
+            x[2] - left * xx,
+        ];
+        let moved_y = [
+            y[0] + (left * zy - up * yy),
+            y[1] + up * yx,
+            y[2] - left * yx,
+        ];
+        let moved_z = [
+            z[0] + (left * zz - up * zy),
+            z[1] + up * zx,
+            z[2] - left * zx,
+        ];
+        let [rr, pr, pp, yr, yp, yaw] = frame.tensor_into_trunk(self.angular);
+        let angular = [
+            rr + left * (moved_z[0] + z[0]) - up * (moved_y[0] + y[0]),
+            pr + up * moved_x[0] + (left * z[1] - up * y[1]),
+            pp + up * (moved_x[1] + x[1]),
+            yr - left * moved_x[0] + (left * z[2] - up * y[2]),
+            yp - left * moved_x[1] + up * x[2],
+            yaw - left * (moved_x[2] + x[2]),
+        ];
+        let coupling = [moved_x, moved_y, moved_z];
+        let [force, torque] = frame.wrench_into_trunk(self.force, self.torque);
         SpatialSystem::sum(&linear, &coupling, &angular, force, torque)
     }
 }

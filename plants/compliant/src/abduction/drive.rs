@@ -72,6 +72,26 @@ impl<T: Copy> JointState<T> {
         }
     }
 
+    /// Applies a function to all members of some joints; `array::map` is not always inlined, and
+    /// starts from no value. `any` is a value of the result.
+    #[inline(always)]
+    pub fn map_each<U: Copy, const A: usize>(
+        joints: &[Self; A],
+        any: U,
+        mut of: impl FnMut(T) -> U,
+    ) -> [JointState<U>; A] {
+        let (angle, rate, impulse) = (any, any, any);
+        let mut next = [JointState {
+            angle,
+            rate,
+            impulse,
+        }; A];
+        for i in 0..A {
+            next[i] = joints[i].map(&mut of);
+        }
+        next
+    }
+
     /// Combines two member by member.
     #[inline(always)]
     pub fn zip<U: Copy, V>(

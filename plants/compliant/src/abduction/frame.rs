@@ -1,7 +1,7 @@
 //! Frames that carry legs.
 
 use super::AbductionJoints;
-use crate::ground::{Point, TrunkMotion};
+use crate::ground::{Point, TrunkMotion, broadcast};
 use crate::lanes::Lanes;
 
 impl<L: Lanes> AbductionJoints<L> {
@@ -19,8 +19,9 @@ impl<L: Lanes> AbductionJoints<L> {
             around[0] * wz - around[2] * wx,
             around[1] * wx - around[0] * wy,
         ];
-        let turning = [zero.like(wx), zero.like(wy), zero.like(wz)];
-        let field = std::array::from_fn(|i| zero.like(trunk.field[i]) - inward[i]);
+        let turning = broadcast(zero, trunk.turning);
+        let [fx, fy, fz] = broadcast(zero, trunk.field);
+        let field = [fx - inward[0], fy - inward[1], fz - inward[2]];
         let mut frame = LegFrame {
             sine,
             cosine,
@@ -150,7 +151,7 @@ impl<L: Lanes> LegFrame<L> {
         let [x, y, z, roll, pitch, yaw] = trunk;
         let linear = self.into_leg([up * pitch - left * yaw + x, up * -roll + y, left * roll + z]);
         let zero = left.zero();
-        let angular = self.into_leg([zero.like(roll), zero.like(pitch), zero.like(yaw)]);
+        let angular = self.into_leg(broadcast(zero, [roll, pitch, yaw]));
         [linear, angular]
     }
 }

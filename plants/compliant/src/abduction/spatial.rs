@@ -31,51 +31,54 @@ impl SpatialSystem {
         let [a, b, c, d, e, f] = *linear;
         let [xx, yx, yy, zx] = L::sums([a, b, c, d]).quad().0;
         let [zy, zz, roll, pitch] = L::sums([e, f, torque[0], torque[1]]).quad().0;
-        let row = |row: [L; 3], fourth: L| L::sums([row[0], row[1], row[2], fourth]).quad().0;
-        let [p, q, r] = [0, 1, 2].map(|i| row(coupling[i], force[i]));
+        let [[bxx, bxy, bxz], [byx, byy, byz], [bzx, bzy, bzz]] = *coupling;
+        let x = L::sums([bxx, bxy, bxz, force[0]]).quad().0;
+        let y = L::sums([byx, byy, byz, force[1]]).quad().0;
+        let z = L::sums([bzx, bzy, bzz, force[2]]).quad().0;
         let [a, b, c, d, e, f] = *angular;
         let [axx, ayx, ayy, azx] = L::sums([a, b, c, d]).quad().0;
         let [azy, azz, yaw, _] = L::sums([e, f, torque[2], zero]).quad().0;
         Self {
             linear: [xx, yx, yy, zx, zy, zz],
-            coupling: [p, q, r].map(|[a, b, c, _]| [a, b, c]),
+            coupling: [[x[0], x[1], x[2]], [y[0], y[1], y[2]], [z[0], z[1], z[2]]],
             angular: [axx, ayx, ayy, azx, azy, azz],
-            force: [p[3], q[3], r[3]],
+            force: [x[3], y[3], z[3]],
             torque: [roll, pitch, yaw],
         }
     }
 
-    /// Adds a body without motion relative to the trunk: its inertia about its own origin, which is
-    /// that of the trunk, its first moment \[kg·m\], and the forces of `field` \[m/s²\] and of the
-    /// rotation of the trunk.
+    /// Adds a body without motion relative to the trunk: its mass \[kg\], its first moment
+    /// \[kg·m\] and its inertia about the origin of the trunk \[kg·m²\], row by row up to the
+    /// diagonal, and the forces of `field` \[m/s²\] and of the rotation of the trunk.
+    #[inline(always)]
     pub fn add_trunk(
         &mut self,
-        (mass, moment, inertia): (f64, [f64; 3], &[[f64; 3]; 3]),
+        (mass, moment, inertia): (f64, [f64; 3], [f64; 6]),
         field: [f64; 3],
         turning: [f64; 3],
     ) {
         let [x, y, z] = moment;
-        let coupling = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]];
+        for diagonal in [0, 2, 5] {
+            self.linear[diagonal] += mass;
+        }
+        for (entry, part) in self.angular.iter_mut().zip(inertia) {
+            *entry += part;
+        }
+        let [along, left, up] = &mut self.coupling;
+        (along[1], along[2]) = (along[1] + z, along[2] - y);
+        (left[0], left[2]) = (left[0] - z, left[2] + x);
+        (up[0], up[1]) = (up[0] + y, up[1] - x);
         let inward = cross(turning, cross(turning, moment));
         let weight = cross(moment, field);
-        let spin = inertia.map(|[x, y, z]| x * turning[0] + y * turning[1] + z * turning[2]);
-        let gyro = cross(turning, spin);
-        let mut entry = 0;
+        let gyro = cross(turning, times(&inertia, turning));
         for i in 0..3 {
-            for j in 0..3 {
-                self.coupling[i][j] += coupling[i][j];
-            }
-            for j in 0..=i {
-                self.linear[entry] += if i == j { mass } else { 0.0 };
-                self.angular[entry] += inertia[i][j];
-                entry += 1;
-            }
             self.force[i] += mass * field[i] - inward[i];
             self.torque[i] += weight[i] - gyro[i];
         }
     }
 
     /// Adds a force and a torque on the trunk.
+    #[inline(always)]
     pub fn push(&mut self, push: [f64; 6]) {
         for i in 0..3 {
             self.force[i] += push[i];
@@ -83,62 +86,90 @@ impl SpatialSystem {
         }
     }
 
-    /// Returns the acceleration of the trunk, linear then angular. By L D Lᵀ, from the first
-    /// component to the last.
+    /// Returns the acceleration of the trunk, linear then angular: the linear ones are eliminated,
+    /// and both blocks inverted by cofactors.
+    #[inline(always)]
     pub fn solve(&self, base: Base) -> [f64; 6] {
-        let is_free = match base {
-            Base::Free => [true; 6],
-            Base::Planar => [true, false, true, false, true, false],
-            Base::Fixed => return [0.0; 6],
-        };
-        let (linear, coupling, angular) = (&self.linear, &self.coupling, &self.angular);
-        let entry = |i: usize, j: usize| match (i < 3, j < 3) {
-            (true, true) => linear[i * (i + 1) / 2 + j],
-            (false, true) => coupling[j][i - 3],
-            _ => angular[(i - 3) * (i - 2) / 2 + j - 3],
-        };
-        let mut matrix = [[0.0; 6]; 6];
-        let mut solution = [0.0; 6];
-        for i in 0..6 {
-            for j in 0..=i {
-                if is_free[i] && is_free[j] {
-                    matrix[i][j] = entry(i, j);
-                } else if i == j {
-                    matrix[i][j] = 1.0;
-                }
-            }
-            if is_free[i] {
-                solution[i] = if i < 3 {
-                    self.force[i]
-                } else {
-                    self.torque[i - 3]
-                };
-            }
+        match base {
+            Base::Free => self.solved(),
+            Base::Planar => self.in_plane().solved(),
+            Base::Fixed => [0.0; 6],
         }
-        let mut pivots = [0.0; 6];
-        for i in 0..6 {
-            let mut scaled = [0.0; 6];
-            for j in 0..i {
-                let mut entry = matrix[i][j];
-                for k in 0..j {
-                    entry -= scaled[k] * matrix[j][k];
-                }
-                scaled[j] = entry;
-                matrix[i][j] = entry * pivots[j];
-            }
-            let mut pivot = matrix[i][i];
-            for j in 0..i {
-                pivot -= scaled[j] * matrix[i][j];
-                solution[i] -= matrix[i][j] * solution[j];
-            }
-            pivots[i] = 1.0 / pivot;
-        }
-        for i in (0..6).rev() {
-            solution[i] *= pivots[i];
-            for k in i + 1..6 {
-                solution[i] -= matrix[k][i] * solution[k];
-            }
-        }
-        solution
     }
+
+    #[inline(always)]
+    fn solved(&self) -> [f64; 6] {
+        let (inverse, [x, y, z]) = (inverse(&self.linear), self.coupling);
+        // Motion per unit of rotation.
+        let roll = times(&inverse, [x[0], y[0], z[0]]);
+        let pitch = times(&inverse, [x[1], y[1], z[1]]);
+        let yaw = times(&inverse, [x[2], y[2], z[2]]);
+        let less =
+            |axis: usize, per: [f64; 3]| x[axis] * per[0] + y[axis] * per[1] + z[axis] * per[2];
+        let [rr, pr, pp, yr, yp, yy] = self.angular;
+        let rest = [
+            rr - less(0, roll),
+            pr - less(1, roll),
+            pp - less(1, pitch),
+            yr - less(2, roll),
+            yp - less(2, pitch),
+            yy - less(2, yaw),
+        ];
+        let moved = times(&inverse, self.force);
+        let torque = [
+            self.torque[0] - less(0, moved),
+            self.torque[1] - less(1, moved),
+            self.torque[2] - less(2, moved),
+        ];
+        let [a, b, c] = times(&self::inverse(&rest), torque);
+        [
+            moved[0] - (roll[0] * a + pitch[0] * b + yaw[0] * c),
+            moved[1] - (roll[1] * a + pitch[1] * b + yaw[1] * c),
+            moved[2] - (roll[2] * a + pitch[2] * b + yaw[2] * c),
+            a,
+            b,
+            c,
+        ]
+    }
+
+    /// Returns the same for a trunk that neither sways nor rolls nor yaws.
+    fn in_plane(&self) -> Self {
+        let [xx, _, _, zx, _, zz] = self.linear;
+        Self {
+            linear: [xx, 0.0, 1.0, zx, 0.0, zz],
+            coupling: [
+                [0.0, self.coupling[0][1], 0.0],
+                [0.0; 3],
+                [0.0, self.coupling[2][1], 0.0],
+            ],
+            angular: [1.0, 0.0, self.angular[2], 0.0, 0.0, 1.0],
+            force: [self.force[0], 0.0, self.force[2]],
+            torque: [0.0, self.torque[1], 0.0],
+        }
+    }
+}
+
+/// Returns a symmetric matrix times a vector.
+#[inline(always)]
+fn times([xx, yx, yy, zx, zy, zz]: &[f64; 6], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    [
+        xx * x + yx * y + zx * z,
+        yx * x + yy * y + zy * z,
+        zx * x + zy * y + zz * z,
+    ]
+}
+
+/// Returns the inverse of a symmetric matrix.
+#[inline(always)]
+fn inverse([xx, yx, yy, zx, zy, zz]: &[f64; 6]) -> [f64; 6] {
+    let (a, b, c) = (yy * zz - zy * zy, zx * zy - yx * zz, yx * zy - yy * zx);
+    let per = 1.0 / (xx * a + yx * b + zx * c);
+    [
+        a * per,
+        b * per,
+        (xx * zz - zx * zx) * per,
+        c * per,
+        (yx * zx - xx * zy) * per,
+        (xx * yy - yx * yx) * per,
+    ]
 }

@@ -697,15 +697,15 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
             .body((self.legs.mass, beside), share, frame);
         let row = body.eliminate(drive);
         let mut system = body.into_trunk(frame);
-        let mut inertia = [[0.0; 3]; 3];
-        let mut moment = [0.0; 3];
+        let [xx, yy, zz] = model.inertia;
+        let (mut inertia, mut moment) = ([xx, 0.0, yy, 0.0, 0.0, zz], [0.0; 3]);
         if let Some(payload) = &model.payload {
-            (inertia, moment) = (payload.inertia(), payload.moment);
+            let [[xx, ..], [yx, yy, _], [zx, zy, zz]] = payload.inertia();
+            let entries = inertia.iter_mut().zip([xx, yx, yy, zx, zy, zz]);
+            entries.for_each(|(entry, part)| *entry += part);
+            moment = payload.moment;
         }
-        for i in 0..3 {
-            inertia[i][i] += model.inertia[i];
-        }
-        let body = (model.trunk_mass, moment, &inertia);
+        let body = (model.trunk_mass, moment, inertia);
         system.add_trunk(body, trunk.field, trunk.turning);
         if let Some(push) = equations.push {
             system.push(push);

@@ -48,8 +48,9 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
         for i in 1..P {
             bristles[i] = [of(self.bristles[i][0]), of(self.bristles[i][1])];
         }
+        let position = of(self.position);
         State {
-            position: of(self.position),
+            position,
             attitude: of(self.attitude),
             velocity: of(self.velocity),
             turning: of(self.turning),
@@ -58,7 +59,7 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
             pulley: of(self.pulley),
             pulley_rate: of(self.pulley_rate),
             bristles,
-            abduction: self.abduction.each_ref().map(|joint| joint.map(&mut of)),
+            abduction: JointState::map_each(&self.abduction, position, &mut of),
         }
     }
 

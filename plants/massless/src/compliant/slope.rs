@@ -414,7 +414,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
         );
         let row = body.eliminate(&drive);
         let mut system = body.into_trunk(frame);
-        let of_trunk = (model.trunk.mass, [0.0; 3], &model.trunk.tensor());
+        let of_trunk = (model.trunk.mass, [0.0; 3], model.trunk.tensor());
         system.add_trunk(of_trunk, trunk.field, trunk.turning);
         if let Some(pushed) = pushed {
             system.push(pushed.trunk);

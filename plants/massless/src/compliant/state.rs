@@ -45,8 +45,9 @@ impl<T: Copy, const A: usize> State<T, A> {
     pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, A> {
         let [first, second, third] = self.angles;
         let ([x, z], [a, b]) = (self.foot, self.bristle);
+        let position = of(self.position);
         State {
-            position: of(self.position),
+            position,
             attitude: of(self.attitude),
             velocity: of(self.velocity),
             turning: of(self.turning),
@@ -56,7 +57,7 @@ impl<T: Copy, const A: usize> State<T, A> {
             pulley_rate: of(self.pulley_rate),
             foot: [of(x), of(z)],
             bristle: [of(a), of(b)],
-            abduction: self.abduction.each_ref().map(|joint| joint.map(&mut of)),
+            abduction: JointState::map_each(&self.abduction, position, &mut of),
         }
     }
 

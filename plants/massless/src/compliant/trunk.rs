@@ -35,11 +35,11 @@ impl TrunkConstants {
         }
     }
 
-    /// Returns the tensor of inertia.
+    /// Returns the tensor of inertia, row by row up to the diagonal.
     #[inline(always)]
-    pub(crate) fn tensor(&self) -> [[f64; 3]; 3] {
+    pub(crate) fn tensor(&self) -> [f64; 6] {
         let ([xx, yy, zz], [xy, xz, yz]) = (self.inertia, self.products.unwrap_or_default());
-        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+        [xx, xy, yy, xz, yz, zz]
     }
 
     /// Returns the angular momentum at this angular velocity.
