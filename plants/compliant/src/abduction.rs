@@ -163,7 +163,7 @@ impl AbductionJoints<Quad> {
 impl<T> AbductionJoints<T> {
     /// Returns the inertia of a drive \[kg·m²\].
     pub fn inertia(&self) -> f64 {
-        self.servo.as_ref().map_or(0.0, |servo| servo.inertia())
+        self.servo.as_ref().map_or(0.0, ServoLaw::inertia)
     }
 }
 

@@ -77,7 +77,7 @@ pub struct DriveState {
 }
 
 /// Motion of the joints of abduction of all legs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AbductionState {
     /// Angle \[rad\].
     pub angle: Quad,
@@ -255,7 +255,8 @@ pub struct Flow<E: Equations> {
     /// Sums, and rates of hip and pulley, before the last step, and its duration \[s\].
     sums_before: Flows<Quad>,
     rates_before: [Quad; 2],
-    abduction_before: Option<AbductionState>,
+    /// Rates of abduction, and integrals of its torque, at the same time.
+    abduction_before: [Quad; 2],
     step_seconds: f64,
     features: Features,
     /// Energy of the rotors at the start \[J\].
@@ -271,7 +272,6 @@ pub struct SavedCompliant {
     ledger: Ledger,
     rotors_at_start: f64,
     step_seconds: f64,
-    abduction_before: Option<AbductionState>,
 }
 
 impl<E: Equations> Flow<E> {
@@ -305,7 +305,7 @@ impl<E: Equations> Flow<E> {
             load: StepLoad::default(),
             sums_before: Flows::zero(),
             rates_before: [hip_rate, pulley_rate],
-            abduction_before: abduction,
+            abduction_before: [Quad::splat(0.0); 2],
             step_seconds: 0.0,
             features,
             rotors_at_start: 0.0,
@@ -368,7 +368,9 @@ impl<E: Equations> Flow<E> {
         self.sums_before = sums;
         let before = self.equations.driven(&state);
         self.rates_before = [before.hip_rate, before.pulley_rate];
-        self.abduction_before = self.equations.abduction(&state);
+        if let Some(before) = self.equations.abduction(&state) {
+            self.abduction_before = [before.rate, before.impulse];
+        }
         self.step_seconds = seconds;
         Ok(())
     }
@@ -460,14 +462,12 @@ impl<E: Equations> Flow<E> {
 
     /// Returns the mean torque of the drive of abduction in the last step \[N·m\].
     pub(crate) fn abduction_torque(&self, leg: usize) -> f64 {
-        let now = self.equations.abduction(&self.state);
-        let (Some(before), Some(now)) = (&self.abduction_before, &now) else {
+        let Some(now) = self.equations.abduction(&self.state) else {
             return 0.0;
         };
-        let change = |of: fn(&AbductionState) -> &Quad| of(now).0[leg] - of(before).0[leg];
-        self.per_step(
-            change(|joints| &joints.impulse) + now.inertia * change(|joints| &joints.rate),
-        )
+        let [rate, impulse] = self.abduction_before.map(|before| before.0[leg]);
+        let (rate, impulse) = (now.rate.0[leg] - rate, now.impulse.0[leg] - impulse);
+        self.per_step(impulse + now.inertia * rate)
     }
 
     #[inline]
@@ -503,6 +503,7 @@ impl<E: Equations> Flow<E> {
             &mut self.commands.damping,
             &mut self.commands.abduction,
             &mut self.rates_before,
+            &mut self.abduction_before,
         ] {
             *pair = pair.map(&mut pass);
         }
@@ -519,7 +520,6 @@ impl<E: Equations> Flow<E> {
             ledger: self.ledger,
             rotors_at_start: self.rotors_at_start,
             step_seconds: self.step_seconds,
-            abduction_before: self.abduction_before,
         }
     }
 
@@ -536,7 +536,6 @@ impl<E: Equations> Flow<E> {
         self.control = saved.control;
         (self.ledger, self.rotors_at_start) = (saved.ledger, saved.rotors_at_start);
         self.step_seconds = saved.step_seconds;
-        self.abduction_before = saved.abduction_before;
         (self.slope, self.load) = (None, StepLoad::default());
         if saved.slope_known {
             self.update_slope();

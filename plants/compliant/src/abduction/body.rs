@@ -48,12 +48,12 @@ impl<L: Lanes> LegBody<L> {
     #[must_use]
     pub fn swung(mut self, [about_y, about_z]: [L; 2]) -> Self {
         let [_, yx, yy, zx, zy, zz] = self.angular;
-        let about = [(yx, zx), (yy, zy), (zy, zz)];
-        for i in 0..3 {
-            let [_, by_y, by_z] = self.coupling[i];
-            self.force[i] -= by_y * about_y + by_z * about_z;
-            let (by_y, by_z) = about[i];
-            self.torque[i] -= by_y * about_y + by_z * about_z;
+        for (force, [_, by_y, by_z]) in self.force.iter_mut().zip(self.coupling) {
+            *force -= by_y * about_y + by_z * about_z;
+        }
+        let entries = [(yx, zx), (yy, zy), (zy, zz)];
+        for (torque, (by_y, by_z)) in self.torque.iter_mut().zip(entries) {
+            *torque -= by_y * about_y + by_z * about_z;
         }
         self
     }

@@ -37,12 +37,10 @@ impl FromRobot for dyn Formulation {
             return Err(LcpError::Toe { leg });
         }
         let abducts = options.setup.abduction != Abduction::Locked;
-        match (options.constraints, toes) {
-            (Constraints::Rigid, _) => {
-                options.setup.check_locked("`lcp` with rigid constraints")?
-            }
-            (_, true) => options.setup.check_locked("`lcp` with toe joints")?,
-            _ => {}
+        if options.constraints == Constraints::Rigid {
+            options.setup.check_locked("`lcp` with rigid constraints")?;
+        } else if toes {
+            options.setup.check_locked("`lcp` with toe joints")?;
         }
         Ok(match (options.constraints, toes) {
             (Constraints::Rigid, false) => Box::new(initial_flow::<3>(robot, options)?),

@@ -142,7 +142,7 @@ impl<const A: usize> Kernel for LegMotions<'_, A> {
             place: quads(motion.point.place),
             velocity: quads(motion.point.velocity),
             rates: quads(motion.rates),
-            relative: motion.relative.map(|lanes| lanes.quad()),
+            relative: motion.relative.map(Lanes::quad),
         }
     }
 }
