@@ -61,8 +61,8 @@ pub trait Readings {
     /// Returns the tension of the cable, mean over the last step \[N\].
     fn cable_tension(&self, leg: usize) -> f64;
 
-    /// Returns the angle of abduction, positive to the left \[rad\]; called only of legs with such a
-    /// joint.
+    /// Returns the angle of abduction, positive to the left \[rad\]; called only of legs with such
+    /// a joint.
     fn abduction(&self, _leg: usize) -> f64 {
         0.0
     }

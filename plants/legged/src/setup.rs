@@ -249,8 +249,8 @@ impl Setup {
         }
     }
 
-    /// Returns the validated servos of abduction, if any. Ideal ones have the inertia of the robot's
-    /// servos.
+    /// Returns the validated servos of abduction, if any. Ideal ones have the inertia of the
+    /// robot's servos.
     ///
     /// # Errors
     /// [`LeggedError::Servo`].

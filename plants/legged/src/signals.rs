@@ -98,8 +98,8 @@ impl Signals {
     /// - drives: inputs (the command of a servo, or voltage and bridge of a motor), torques, knee
     ///   positions and cable tensions;
     /// - motors, also those of serial servos: rates of hip and knee;
-    /// - joints of abduction: their angles and torques, and with servos their commands, which follow
-    ///   the other inputs;
+    /// - joints of abduction: their angles and torques, and with servos their commands, which
+    ///   follow the other inputs;
     /// - ground: loads, forces and clearances of the feet.
     pub fn new(legs: &[&str], setup: &Setup, selected: &dyn Fn(&str) -> bool) -> Self {
         let (ground, drives) = (setup.ground.is_some(), setup.drives != Drives::None);

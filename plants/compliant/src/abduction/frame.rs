@@ -53,8 +53,8 @@ pub struct LegFrame<L> {
     pub turning: [L; 3],
     /// Rᵀ (g − ω × (v + ω × a)) \[m/s²\].
     pub field: [L; 3],
-    /// Angular acceleration without those of trunk and joint, about the second and the third axis of
-    /// the leg \[rad/s²\].
+    /// Angular acceleration without those of trunk and joint, about the second and the third axis
+    /// of the leg \[rad/s²\].
     pub swing: [L; 2],
 }
 

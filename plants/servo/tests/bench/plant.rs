@@ -23,7 +23,8 @@ fn energy_residual_falls_with_the_square_of_the_period() {
     assert!(coarse < 1e-3 && fine < coarse / 8.0, "{coarse} {fine}");
 }
 
-/// A step is a bound of the substeps: half of it is a quarter of the residual, of a rule of order 2.
+/// A step is a bound of the substeps: half of it is a quarter of the residual, of a rule of order
+/// 2.
 #[test]
 fn energy_residual_falls_with_the_square_of_the_substep() {
     let mut servo = sound();

@@ -135,8 +135,8 @@ fn order_is_four() {
 /// Stages and weights of a method: nodes, rows of the stages and of the end, error.
 type Table<'t> = ([f64; 2], [&'t [f64]; 5], [f64; 5]);
 
-/// Elementary differentials of a tree of order p have weights that sum to 1/γ. `blind` are the trees
-/// of order 4 that the estimate of the error does not see.
+/// Elementary differentials of a tree of order p have weights that sum to 1/γ. `blind` are the
+/// trees of order 4 that the estimate of the error does not see.
 fn check_order_conditions((nodes, rows, error): Table<'_>, blind: &[usize]) {
     let nodes = [0.0, nodes[0], nodes[1], 1.0, 1.0];
     let sum = |weights: &[f64], values: &dyn Fn(usize) -> f64| {
