@@ -43,10 +43,12 @@ struct Constants {
     stops: OneSided,
     /// Distance of the stops from the axis \[m\].
     lever: f64,
+    /// Inertia of the drive \[kg·m²\].
+    inertia: f64,
 }
 
 impl Constants {
-    /// Placeholder for an absent leg.
+    /// Placeholder for an absent leg, whose drive alone has an inertia.
     const ABSENT: Self = Self {
         axis: [0.0; 2],
         range: [-1.0, 1.0],
@@ -57,10 +59,11 @@ impl Constants {
             toe_region: 1.0,
         },
         lever: 1.0,
+        inertia: 1.0,
     };
 
     /// Returns the joint of a leg with compliant stops, if the leg has one.
-    fn new(mount: &LegMount) -> Option<Self> {
+    fn new(mount: &LegMount, inertia: f64) -> Option<Self> {
         let (joint, compliance) = (mount.leg.abduction?, mount.leg.compliance?);
         let [_, y, z] = mount.hip;
         let is_right = y < 0.0;
@@ -75,6 +78,7 @@ impl Constants {
             friction: joint.friction,
             stops: compliance.stops,
             lever: mount.leg.l1,
+            inertia,
         })
     }
 }
@@ -89,6 +93,7 @@ pub struct AbductionJoints<T> {
     friction: T,
     stops: Element<T>,
     lever: T,
+    inertia: T,
     /// Servo; joints without one turn freely.
     servo: Option<ServoLaw>,
 }
@@ -115,14 +120,13 @@ impl AbductionJoints<Quad> {
     pub fn new(robot: &Robot, setup: &Setup) -> Result<Self, LeggedError> {
         setup.compliances(robot)?;
         let servo = setup.abduction_servo(robot)?;
+        let servo = servo.as_ref().map(ServoLaw::from);
+        let inertia = servo.as_ref().map_or(0.0, ServoLaw::inertia);
         let mut legs = [Constants::ABSENT; LANES];
         for (leg, mount) in legs.iter_mut().zip(setup.abducting_mounts(robot)?) {
-            *leg = Constants::new(mount).unwrap_or(Constants::ABSENT);
+            *leg = Constants::new(mount, inertia).unwrap_or(Constants::ABSENT);
         }
-        Ok(Self::side_by_side(
-            &legs,
-            servo.as_ref().map(ServoLaw::from),
-        ))
+        Ok(Self::side_by_side(&legs, servo))
     }
 
     /// Returns the same for coordinates whose origin is `centre` from that of the trunk \[m\].
@@ -142,6 +146,7 @@ impl AbductionJoints<Quad> {
             friction: quad(&|leg| leg.friction),
             stops: Element::side_by_side(legs.map(|leg| leg.stops)),
             lever: quad(&|leg| leg.lever),
+            inertia: quad(&|leg| leg.inertia),
             servo,
         }
     }
@@ -155,6 +160,7 @@ impl AbductionJoints<Quad> {
             friction: simd.load(self.friction),
             stops: self.stops.load(simd),
             lever: simd.load(self.lever),
+            inertia: simd.load(self.inertia),
             servo: self.servo,
         }
     }

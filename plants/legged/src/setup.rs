@@ -227,8 +227,12 @@ impl Setup {
     /// Returns the selected legs, which have joints of abduction.
     ///
     /// # Errors
-    /// As [`Self::selected_mounts`], and [`LeggedError::NoAbduction`].
+    /// As [`Self::selected_mounts`], [`LeggedError::NoAbduction`], and
+    /// [`LeggedError::AbductionLocked`] with serial servos, whose firmware has no such command.
     pub fn abducting_mounts<'r>(&self, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
+        if let Drives::Serial(_) = self.drives {
+            self.check_locked("a robot with serial servos")?;
+        }
         let mounts = self.selected_mounts(robot)?;
         match mounts.iter().find(|mount| mount.leg.abduction.is_none()) {
             Some(mount) => Err(LeggedError::NoAbduction {

@@ -7,6 +7,7 @@
 //! - [`real_time`]: a protocol, both of its ends and a process, for runs in real time.
 //! - [`plant_harness`]: a plant with its commands, signals and time.
 //! - [`robots`], [`trot`]: robots, their setups and commands.
+//! - [`abduction`]: legs that abduct.
 //! - [`point_masses`]: robots as point masses, for their equations of motion.
 //! - [`reference_trajectory`]: trajectories that legs must follow.
 //! - [`python`]: comparison with Python packages.
@@ -20,6 +21,7 @@
     reason = "the errors are faults of the plant"
 )]
 
+pub mod abduction;
 pub mod driver_harness;
 pub mod folder;
 pub mod framing;

@@ -232,7 +232,7 @@ impl<L: Lanes> AbductionJoints<L> {
             torque: limited.map_or(zero, |limited| limited.torque),
             turning,
             resistance,
-            inertia: zero.like(self.inertia()),
+            inertia: self.inertia,
         }
     }
 

@@ -39,6 +39,9 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
     /// Applies a function to all members.
     #[inline(always)]
     pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P, A> {
+        // The trunk first, as the search for the fastest leg requires.
+        let (position, attitude) = (of(self.position), of(self.attitude));
+        let (velocity, turning) = (of(self.velocity), of(self.turning));
         // `array::map` is not always inlined.
         let (mut angles, mut rates) = ([of(self.angles[0]); N], [of(self.rates[0]); N]);
         for i in 1..N {
@@ -48,12 +51,11 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
         for i in 1..P {
             bristles[i] = [of(self.bristles[i][0]), of(self.bristles[i][1])];
         }
-        let position = of(self.position);
         State {
             position,
-            attitude: of(self.attitude),
-            velocity: of(self.velocity),
-            turning: of(self.turning),
+            attitude,
+            velocity,
+            turning,
             angles,
             rates,
             pulley: of(self.pulley),

@@ -2,7 +2,7 @@ mod abduction;
 
 use proptest::prelude::*;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
-use twinrig_compliant::{DriveLaws, Element, Equations as _, FlowError, StepError};
+use twinrig_compliant::{DriveLaws, Element, Equations as _, Fastest, FlowError, StepError};
 use twinrig_contact::Ground;
 use twinrig_legged::{Base, Drives, Dynamics as _, Readings as _};
 use twinrig_robot::{Compliance, OneSided, Robot};
@@ -152,6 +152,28 @@ fn landing<const N: usize, const P: usize>(
     rigid.run.state.velocity = [0.4, 0.1, -0.3];
     rigid.run.state.turning = [0.5, -0.3, 0.2];
     compliant::<N, P>(&rigid, compliance(), tolerance, features)
+}
+
+#[test]
+fn fastest_leg_is_sought_in_the_members_after_the_trunk() {
+    let state = landing::<3, 1>(1e-6, Features::Detected).state;
+    let mut members = Vec::new();
+    state.map(|quad| members.push(quad));
+    assert_eq!(members[..4], state.trunk());
+    // A leg whose rate changes fast is found beside a faster trunk.
+    let mut next = state;
+    next.velocity.0[0] += 1e-3;
+    next.rates[1].0[2] += 1e-6;
+    let difference = |a: &[Quad]| {
+        let mut of_next = Vec::new();
+        next.map(|quad| of_next.push(quad));
+        let pairs = of_next.iter().zip(a);
+        let less = |(b, a): (&Quad, &Quad)| Quad(std::array::from_fn(|i| b.0[i] - a.0[i]));
+        pairs.map(less).collect::<Vec<_>>()
+    };
+    let states = difference(&members);
+    let fastest = Fastest::new(&states, &states);
+    assert_eq!(fastest.leg, 2);
 }
 
 #[test]

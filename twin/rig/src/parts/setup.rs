@@ -40,7 +40,7 @@ pub fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, Bui
             .transpose()?,
         step: plant.step.unwrap_or(step),
         drives: drives(context)?,
-        abduction: abduction(context)?,
+        abduction: abduction(context),
         set_point: set_point(context),
         start: start(context),
     })
@@ -131,23 +131,18 @@ fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
 }
 
 /// Returns the joints of hip abduction, with the servos of the robot file.
-fn abduction(context: &PlantContext<'_>) -> Result<Abduction, BuildError> {
+fn abduction(context: &PlantContext<'_>) -> Abduction {
     if context.plant.abduction == SceneAbduction::Locked {
-        return Ok(Abduction::Locked);
+        return Abduction::Locked;
     }
     let servo = context.robot.actuators.abduction;
-    Ok(match (context.actuator.kind, servo) {
-        (ActuatorKind::None, _) | (ActuatorKind::Servo | ActuatorKind::Motor, None) => {
-            Abduction::Passive
-        }
+    match (context.actuator.kind, servo) {
+        (ActuatorKind::None, _) => Abduction::Passive,
         (ActuatorKind::Ideal, _) => Abduction::Ideal {
             period: context.command_period.as_secs_f64(),
         },
-        (ActuatorKind::Servo | ActuatorKind::Motor, Some(servo)) => Abduction::Servos(servo),
-        (ActuatorKind::Serial, _) => {
-            return Err("serial servos drive no abduction: choose `abduction = \"locked\"`".into());
-        }
-    })
+        (_, servo) => servo.map_or(Abduction::Passive, Abduction::Servos),
+    }
 }
 
 /// Returns the course of the set-points of servos between commands.

@@ -1,0 +1,128 @@
+//! Legs that abduct: joints, servos and random motions, and comparison of the equations of motion
+//! of a plant with point masses and with locked joints.
+
+use twinrig_kernel::{SimDuration, SimTime, stream};
+use twinrig_legged::{Base, Push, PushSchedule, PushShape, PushTarget};
+use twinrig_robot::{Abduction, Servo};
+
+use crate::robots::LEGS;
+
+/// Joint about an axis beside and above the hip.
+pub const JOINT: Abduction = Abduction {
+    offset: 0.013,
+    height: 0.021,
+    abduction_max: 0.6,
+    adduction_max: 0.3,
+    friction: 2e-3,
+};
+
+/// Returns a servo of abduction, stronger or weaker.
+pub fn servo(torque: f64) -> Servo {
+    Servo {
+        torque,
+        speed: 6.0,
+        lag: 0.02,
+        dead_band: 0.0,
+        inertia: 1e-5,
+    }
+}
+
+/// Motion of a robot in the air.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tumble {
+    /// Attitude of the trunk as a quaternion w, x, y, z of unit length.
+    pub attitude: [f64; 4],
+    /// Velocity \[m/s\] and angular velocity of the trunk \[rad/s\], trunk axes.
+    pub velocity: [f64; 3],
+    /// See [`Self::velocity`].
+    pub turning: [f64; 3],
+    /// Motion within each leg, of a coordinate of the plant, from −1 to 1.
+    pub within: [f64; 4],
+    /// Angles \[rad\] and rates of abduction \[rad/s\], by leg.
+    pub angles: [f64; 4],
+    /// See [`Self::angles`].
+    pub rates: [f64; 4],
+}
+
+impl Tumble {
+    /// A level trunk at rest, with legs at rest at zero.
+    pub const AT_REST: Self = Self {
+        attitude: [1.0, 0.0, 0.0, 0.0],
+        velocity: [0.0; 3],
+        turning: [0.0; 3],
+        within: [0.0; 4],
+        angles: [0.0; 4],
+        rates: [0.0; 4],
+    };
+
+    /// Draws a motion in all coordinates, its joints between their stops.
+    pub fn drawn(seed: u64) -> Self {
+        let mut stream = stream(seed, "tumble");
+        let mut drawn = |most: f64| most * (2.0 * stream.unit() - 1.0);
+        let attitude: [f64; 4] = [1.0 + drawn(0.5), drawn(0.5), drawn(0.5), drawn(0.5)];
+        let size = libm::sqrt(attitude.iter().map(|c| c * c).sum());
+        Self {
+            attitude: attitude.map(|c| c / size),
+            velocity: std::array::from_fn(|_| drawn(1.0)),
+            turning: std::array::from_fn(|_| drawn(4.0)),
+            within: std::array::from_fn(|_| drawn(1.0)),
+            angles: std::array::from_fn(|_| drawn(0.25)),
+            rates: std::array::from_fn(|_| drawn(5.0)),
+        }
+    }
+
+    /// Returns the same with joints at rest at zero.
+    #[must_use]
+    pub fn upright(self) -> Self {
+        Self {
+            angles: [0.0; 4],
+            rates: [0.0; 4],
+            ..self
+        }
+    }
+}
+
+/// Returns pushes on a foot and on the trunk, in all directions, for a second.
+pub fn pushes() -> PushSchedule {
+    let push = |name: &str, target, peak| Push {
+        name: name.to_owned(),
+        target,
+        at: SimTime::ZERO,
+        duration: SimDuration::from_secs(1),
+        shape: PushShape::HalfSine,
+        peak,
+    };
+    let pushes = [
+        push(
+            "foot",
+            PushTarget::Foot(LEGS[1].to_owned()),
+            [0.4, -0.7, 0.5],
+        ),
+        push(
+            "trunk",
+            PushTarget::Trunk([0.05, 0.03, 0.02]),
+            [1.0, 2.0, -1.0],
+        ),
+    ];
+    PushSchedule::new(&pushes, Base::Free, &LEGS, &|_| true).expect("valid pushes")
+}
+
+/// Compares generalised forces of point masses with the expected ones. They are differences of
+/// places known to 1e-16 m over 1e-4 s, and of velocities over 1e-6 s.
+pub fn assert_forces(found: &[f64], expected: impl Fn(usize) -> f64) {
+    for (i, force) in found.iter().enumerate() {
+        let expected = expected(i);
+        let size = 1e-5 * (1.0 + expected.abs());
+        assert!((force - expected).abs() < size, "{i}: {force} {expected}");
+    }
+}
+
+/// Compares the slope of a robot whose joints rest at zero with that of the robot with locked
+/// ones; the numbers of the joints follow the others.
+pub fn assert_locked(found: &[f64], locked: &[f64]) {
+    assert_eq!(found.len(), locked.len() + 3 * LEGS.len());
+    for (i, (found, locked)) in found.iter().zip(locked).enumerate() {
+        let size = 1e-9 * (1.0 + locked.abs());
+        assert!((found - locked).abs() < size, "{i}: {found} {locked}");
+    }
+}
