@@ -1,28 +1,8 @@
 //! Legs that abduct, by the servos of Oncilla's servo board.
 
-use std::path::Path;
-
-use twinrig::scenario::Setting;
-use twinrig::{Assembly, Error, Registry};
+use twinrig::Registry;
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_tests::run_from;
-
-fn assembly<'r>(
-    registry: &'r Registry,
-    file: &str,
-    settings: &[(&str, &str)],
-) -> Result<Assembly<'r>, Error> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenarios")
-        .join(file);
-    let setting = |(key, value): &(&str, &str)| Setting {
-        origin: "the test".to_owned(),
-        key: (*key).to_owned(),
-        value: (*value).to_owned(),
-    };
-    let settings: Vec<Setting> = settings.iter().map(setting).collect();
-    Assembly::builder(registry).settings(&settings).file(&path)
-}
+use twinrig_tests::{run_from, shipped};
 
 /// Returns fingerprint and angle of abduction of the left fore leg \[rad\] of a second of Oncilla's
 /// trot, whose legs are commanded outwards at half of it.
@@ -30,7 +10,7 @@ fn trot(settings: &[(&str, &str)]) -> (String, f64) {
     let registry = Registry::standard();
     let change = "[{ at = '0.5 s', set = 'splay', to = '4 deg' }]";
     let settings = [settings, &[("change", change)]].concat();
-    let mut rig = assembly(&registry, "oncilla-trot.toml", &settings)
+    let mut rig = shipped(&registry, "oncilla-trot.toml", &settings)
         .unwrap()
         .rig()
         .unwrap();
@@ -61,7 +41,7 @@ fn free_abduction_is_refused_where_it_is_not_modelled() {
     let registry = Registry::standard();
     let refusal = |file: &str, settings: &[(&str, &str)]| {
         let free = [settings, &[("plant.abduction", "'free'")]].concat();
-        let assembled = assembly(&registry, file, &free).and_then(|assembly| assembly.rig());
+        let assembled = shipped(&registry, file, &free).and_then(|assembly| assembly.rig());
         assembled.map(|_| ()).unwrap_err().to_string()
     };
     let oncilla = |settings: &[(&str, &str)]| refusal("oncilla-trot.toml", settings);
@@ -79,6 +59,10 @@ fn free_abduction_is_refused_where_it_is_not_modelled() {
         (
             oncilla(&[lcp, ("plant.toe", "true")]),
             "`lcp` with toe joints has no joints of abduction",
+        ),
+        (
+            refusal("trot-serial.toml", &[]),
+            "a robot with serial servos has no joints of abduction",
         ),
         (
             refusal("trot.toml", &[]),

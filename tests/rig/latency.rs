@@ -8,7 +8,6 @@ use twinrig::{Assembly, Registry};
 use twinrig_experiment::{LoadDelay, SampledSignal};
 use twinrig_kernel::SimTime;
 use twinrig_runtime::{Group, Observer, Rig, RunEvent};
-use twinrig_scenario::Setting;
 use twinrig_sensor::{Characteristic, Hysteretic, SensorFile, TactileParameters};
 use twinrig_tactile::protocol::{Message, VOLTAGE_COUNTS, VOLTS};
 use twinrig_wire::{FramedMessage, Framer};
@@ -139,11 +138,6 @@ const STEADY: [(&str, &str); 3] = [("duration", "5.5 s"), ("change", "[]"), ("ex
 fn delay(cell: Cell, settings: &[(&str, &str)]) -> LoadDelay {
     let registry = Registry::standard();
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    let setting = |&(key, value): &(&str, &str)| Setting {
-        origin: "--set".to_owned(),
-        key: key.to_owned(),
-        value: value.to_owned(),
-    };
     // An ideal clock of the board: the instants of its samples do not drift over the grid.
     let text = std::fs::read_to_string(root.join("scenarios/bench.toml")).unwrap();
     assert!(text.contains(CLOCK));
@@ -151,13 +145,7 @@ fn delay(cell: Cell, settings: &[(&str, &str)]) -> LoadDelay {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, text.replace(CLOCK, "")).unwrap();
     let assembly = Assembly::builder(&registry)
-        .settings(
-            &STEADY
-                .iter()
-                .chain(settings)
-                .map(setting)
-                .collect::<Vec<_>>(),
-        )
+        .settings(&twinrig_tests::settings(&[&STEADY[..], settings].concat()))
         .file(&path);
     let assembly = match assembly {
         Ok(assembly) => assembly,

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use proptest::prelude::*;
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{Group, Observer, RunEvent};
-use twinrig::scenario::Setting;
 use twinrig::{Assembly, Registry};
-use twinrig_tests::{TrotFixture, run_from};
+use twinrig_tests::{TrotFixture, run_from, settings};
 
 const CONTINUATION: SimDuration = SimDuration::from_millis(100);
 
@@ -84,15 +83,10 @@ proptest! {
     fn restored_at_any_instant_with_buses(at in 0..700_000_000_u64) {
         let registry = Registry::standard();
         let trot = scenario("oncilla-trot.toml");
-        let setting = |key: &str, value: &str| Setting {
-            origin: "the test".to_owned(),
-            key: key.to_owned(),
-            value: value.to_owned(),
-        };
-        let settings = [
-            setting("bus", BUSES),
-            setting("fault", "[{ at = \"300 ms\", on = \"wire/sbcp\", kind = \"flip\", rate = 1e-4 }]"),
-        ];
+        let settings = settings(&[
+            ("bus", BUSES),
+            ("fault", "[{ at = \"300 ms\", on = \"wire/sbcp\", kind = \"flip\", rate = 1e-4 }]"),
+        ]);
         let assembly = Assembly::builder(&registry).settings(&settings).file(&trot).unwrap();
         check_continuation_of(&assembly, SimTime::from_nanos(at))?;
     }

@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use twinrig::scenario::Setting;
+use twinrig::{Assembly, Error, Registry};
+
 /// Folder of the scenarios.
 pub fn scenarios() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")
@@ -20,4 +23,28 @@ pub fn scenarios_in(below: &str) -> Vec<PathBuf> {
     });
     paths.sort();
     paths
+}
+
+/// Returns settings of a scenario: keys and values in TOML.
+pub fn settings(settings: &[(&str, &str)]) -> Vec<Setting> {
+    let setting = |(key, value): &(&str, &str)| Setting {
+        origin: "the test".to_owned(),
+        key: (*key).to_owned(),
+        value: (*value).to_owned(),
+    };
+    settings.iter().map(setting).collect()
+}
+
+/// Assembles a shipped scenario with settings.
+///
+/// # Errors
+/// As [`twinrig::AssemblyBuilder::file`].
+pub fn shipped<'r>(
+    registry: &'r Registry,
+    file: &str,
+    changes: &[(&str, &str)],
+) -> Result<Assembly<'r>, Error> {
+    let settings = settings(changes);
+    let builder = Assembly::builder(registry).settings(&settings);
+    builder.file(&scenarios().join(file))
 }

@@ -16,5 +16,5 @@ mod files;
 mod fixture;
 
 pub use faulty_plant::{FaultyPlant, with_faulty_plant};
-pub use files::{scenarios, scenarios_in};
+pub use files::{scenarios, scenarios_in, settings, shipped};
 pub use fixture::{TrotFixture, record, run, run_from};

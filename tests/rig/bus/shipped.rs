@@ -1,25 +1,13 @@
 //! Health of the buses of shipped scenarios.
 
-use std::path::Path;
-
+use twinrig::Registry;
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{BusHealth, Silence};
-use twinrig::scenario::Setting;
-use twinrig::{Assembly, Registry};
-use twinrig_tests::run_from;
+use twinrig_tests::{run_from, shipped};
 
 fn health(file: &str, settings: &[(&str, &str)]) -> Vec<(String, BusHealth)> {
     let registry = Registry::standard();
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenarios")
-        .join(file);
-    let setting = |(key, value): &(&str, &str)| Setting {
-        origin: "the test".to_owned(),
-        key: (*key).to_owned(),
-        value: (*value).to_owned(),
-    };
-    let settings: Vec<Setting> = settings.iter().map(setting).collect();
-    let assembly = Assembly::builder(&registry).settings(&settings).file(&path);
+    let assembly = shipped(&registry, file, settings);
     let mut rig = assembly
         .unwrap_or_else(|e| panic!("{file}: {e}"))
         .rig()

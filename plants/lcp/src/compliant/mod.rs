@@ -6,9 +6,13 @@ mod contact;
 mod elimination;
 mod energy;
 mod equations;
+mod evaluation;
+mod forces;
+mod limits;
 mod model;
 mod motion;
 mod slope;
+mod solution;
 mod state;
 mod trunk;
 

@@ -9,8 +9,8 @@ use twinrig_compliant::{
 use twinrig_legged::StepLoad;
 
 use super::energy::Elements;
+use super::evaluation::Evaluation;
 use super::model::{CompliantEquations, CompliantModel, Legs};
-use super::slope::Evaluation;
 use super::state::{Slope, State};
 
 /// Step of the model in memory.

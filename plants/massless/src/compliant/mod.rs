@@ -11,8 +11,6 @@ mod trunk;
 
 pub(crate) use equations::initial;
 #[cfg(test)]
-mod abduction_tests;
-#[cfg(test)]
 mod drops;
 #[cfg(test)]
 mod tests;

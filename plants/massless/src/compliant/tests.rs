@@ -1,3 +1,5 @@
+mod abduction;
+
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use proptest::prelude::*;
 use twinrig_compliant::frame::rotation;

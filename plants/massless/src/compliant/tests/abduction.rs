@@ -11,7 +11,7 @@ use twinrig_testing::abduction::{JOINT, Tumble, assert_forces, assert_locked, pu
 use twinrig_testing::point_masses::{self, Point, PointMotion};
 use twinrig_testing::robots::{SERVOS, pose, standing, with_legs};
 
-use super::equations::{CompliantFlow, initial};
+use super::super::equations::{CompliantFlow, initial};
 use crate::Massless;
 use crate::model::Options;
 
