@@ -4,6 +4,7 @@ mod abduction;
 mod battery;
 mod bus;
 mod carried;
+mod contacts;
 mod determinism;
 mod energy;
 mod fused;

@@ -6,7 +6,7 @@ use std::path::Path;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_lcp::{Lcp, Method};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start};
 use twinrig_massless::{Force, Massless};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
@@ -31,6 +31,7 @@ fn setup(robot: &Robot) -> Setup {
             knee: motors.knee,
         },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use twinrig::Registry;
 use twinrig::kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig::runtime::Plant;
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start};
 use twinrig_testing::robots::{LEGS, SERVO, robot};
 use twinrig_tests::TrotFixture;
 
@@ -25,6 +25,7 @@ fn setup(fall: f64) -> Setup {
             knee: SERVO,
         },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

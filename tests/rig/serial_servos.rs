@@ -4,7 +4,7 @@ use std::path::Path;
 
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_lcp::{Constraints, Lcp, Method};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start};
 use twinrig_massless::{Force, Massless};
 use twinrig_robot::serial::{Gear, Heating, SerialServo};
 use twinrig_robot::{Robot, RobotFile};
@@ -25,6 +25,7 @@ fn setup(servo: &SerialServo) -> Setup {
         step: SimDuration::from_millis(1),
         drives: Drives::Serial(Box::new(*servo)),
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_lcp::{Lcp, Method};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, StartPose};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, StartPose};
 use twinrig_massless::{Force, Massless};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
@@ -34,6 +34,7 @@ fn setup(step_us: u64) -> Setup {
         step: SimDuration::from_micros(step_us),
         drives: Drives::Ideal { period: LAG },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Linear { period: PERIOD },
         start: StartPose { q, rates: [0.0; 3] }.into(),
     }

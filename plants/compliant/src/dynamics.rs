@@ -4,10 +4,12 @@ use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::Surface;
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    DriveModels, Dynamics, FootMotion, LEGS, PartFault, Posture, Readings, StepInputs, StepLoad,
+    DriveModels, Dynamics, FootMotion, Friction, LEGS, PartFault, Posture, Readings, StepInputs,
+    StepLoad,
 };
 use twinrig_runtime::{EnergyBalance, PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
+use crate::events::is_of_trunk;
 use crate::flow::{Equations, Flow, FlowError};
 use crate::frame::{into_world, rotation};
 use crate::rk4::StepError;
@@ -103,6 +105,16 @@ impl<E: Equations> Readings for Flow<E> {
         let [x, y, z] = &self.sums.ground;
         [x.0[leg], y.0[leg], z.0[leg]]
     }
+
+    fn segments_impulse(&self, leg: usize) -> [f64; 3] {
+        let contact = self.equations.body_contact(&self.state);
+        contact.map_or([0.0; 3], |contact| contact.on_legs.map(|quad| quad.0[leg]))
+    }
+
+    fn trunk_impulse(&self) -> [f64; 3] {
+        let contact = self.equations.body_contact(&self.state);
+        contact.map_or([0.0; 3], |contact| contact.on_trunk.three())
+    }
 }
 
 impl<E: Equations> Dynamics for Flow<E> {
@@ -133,7 +145,7 @@ impl<E: Equations> Dynamics for Flow<E> {
         Self::set_inputs(self, inputs);
     }
 
-    fn set_friction(&mut self, friction: &[f64; LEGS]) {
+    fn set_friction(&mut self, friction: &Friction) {
         self.equations.set_friction(friction);
         self.slope = None;
     }
@@ -209,7 +221,11 @@ impl<E: Equations> Dynamics for Flow<E> {
         let (names, equations) = (self.equations.element_names(), &self.equations);
         to.extend(self.log.drain().map(|event| PlantEvent {
             at_s: event.at_s,
-            part: signal::of_leg(equations.leg_name(event.leg), names[event.element]),
+            part: if is_of_trunk(event.element) {
+                format!("body/{}", names[event.element])
+            } else {
+                signal::of_leg(equations.leg_name(event.leg), names[event.element])
+            },
             kind: if event.compressed {
                 PlantEventKind::Reached
             } else {

@@ -26,8 +26,28 @@ pub const GROUND: usize = INSIDE;
 pub const OWN: usize = INSIDE + 1;
 /// Index of the stops of abduction.
 pub const ABDUCTION: usize = INSIDE + 2;
-/// Number of elements of a leg.
-pub const ELEMENTS: usize = INSIDE + 3;
+/// Index of the contact of the knee.
+pub const KNEE: usize = INSIDE + 3;
+/// Index of the contact of the ankle.
+pub const ANKLE: usize = INSIDE + 4;
+/// Index of the lower corners of the trunk, one in the place of each leg; the upper ones follow.
+pub const CORNERS: usize = INSIDE + 5;
+/// Number of elements.
+pub const ELEMENTS: usize = INSIDE + 7;
+/// Names of the contacts of knee, ankle, and lower and upper corners.
+pub const BODY_NAMES: [&str; 4] = [
+    "knee-contact",
+    "ankle-contact",
+    "lower-corner",
+    "upper-corner",
+];
+/// Elements of the trunk, as bits.
+const OF_TRUNK: u32 = 0b11 << CORNERS;
+
+/// Returns whether an element belongs to the trunk.
+pub(crate) const fn is_of_trunk(element: usize) -> bool {
+    element >= CORNERS
+}
 
 /// Depths and rates of the elements of all legs.
 #[derive(Debug, Clone, Copy)]
@@ -128,7 +148,7 @@ impl EventLog {
     }
 
     /// Records the events of an accepted substep, its begin and duration, of the first `legs` legs,
-    /// and returns their number. `compressed` has the compressed elements at both ends, `motion`
+    /// and of the trunk, and returns their number. `compressed` has the compressed elements at both ends, `motion`
     /// computes the elements there, and is called only for events that are logged.
     #[inline(always)]
     pub fn observe<L: Lanes>(
@@ -185,12 +205,13 @@ struct Changes {
 }
 
 impl Changes {
-    /// Creates the changes of the first `legs` legs.
+    /// Creates the changes of the first `legs` legs and of the trunk.
     #[cold]
     fn new(legs: usize, [before, after]: [Quad; 2]) -> Self {
         let mut all = [[0; 2]; LANES];
-        for (leg, ends) in all.iter_mut().enumerate().take(legs) {
-            *ends = [bits(before.0[leg]), bits(after.0[leg])];
+        for (leg, ends) in all.iter_mut().enumerate() {
+            let present = if leg < legs { u32::MAX } else { OF_TRUNK };
+            *ends = [before, after].map(|end| bits(end.0[leg]) & present);
         }
         Self { bits: all }
     }

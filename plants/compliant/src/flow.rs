@@ -6,11 +6,12 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use twinrig_contact::Surface;
 use twinrig_legged::{
-    DriveModels, FootMotion, LEGS, Ledger, LegPosture, NegativeDissipation, PartFault, Posture,
-    StepInputs, StepLoad, Stored,
+    DriveModels, FootMotion, Friction, LEGS, Ledger, LegPosture, NegativeDissipation, PartFault,
+    Posture, StepInputs, StepLoad, Stored,
 };
 use twinrig_runtime::PlantState;
 
+use crate::body_contact::BodyContact;
 use crate::commands::Commands;
 use crate::events::{ELEMENTS, ElementMotion, EventLog};
 use crate::flows::Flows;
@@ -164,14 +165,19 @@ pub trait Equations: Clone + Send {
         None
     }
 
-    /// Sets the coefficients of friction at the feet, by leg.
-    fn set_friction(&mut self, friction: &[f64; LEGS]);
+    /// Sets the coefficients of friction.
+    fn set_friction(&mut self, friction: &Friction);
 
     /// Returns the motion of first links and pulleys.
     fn driven(&self, state: &Self::State) -> DriveState;
 
     /// Returns the motion of the joints of abduction, if legs have them.
     fn abduction(&self, _state: &Self::State) -> Option<AbductionState> {
+        None
+    }
+
+    /// Returns the contact of the body beyond the feet, if it has any.
+    fn body_contact<'a>(&self, _state: &'a Self::State) -> Option<&'a BodyContact<Quad>> {
         None
     }
 

@@ -141,6 +141,19 @@ impl Sole<Quad> {
 }
 
 impl<L: Lanes> Sole<L> {
+    /// Returns the rate of the bristle of a foot in the air \[m/s\].
+    #[inline(always)]
+    pub(crate) fn relaxation([x, y]: [L; 2]) -> [L; 2] {
+        let per_time = x.like(1.0 / RELAXATION);
+        [-(per_time * x), -(per_time * y)]
+    }
+
+    /// Returns the power that it dissipates \[W\].
+    #[inline(always)]
+    pub(crate) fn relaxed_power(&self, [x, y]: [L; 2]) -> L {
+        self.stored * self.least * (x * x + y * y) * (1.0 / RELAXATION)
+    }
+
     /// Returns the force of the ground.
     #[inline(always)]
     pub fn grip(&self, approach: &Approach<L>) -> Grip<L> {

@@ -48,6 +48,7 @@
 )]
 
 mod abduction;
+mod body_contact;
 mod commands;
 mod dynamics;
 mod element;
@@ -68,6 +69,7 @@ pub use abduction::{
     AbductionJoints, JointDrive, JointMotion, JointRow, JointState, LegBody, LegFrame, Limited,
     Resistance, SpatialSystem,
 };
+pub use body_contact::{BodyContact, BodyPoints, TrunkForce};
 pub use commands::Commands;
 pub use element::{Element, Press};
 pub use flow::{

@@ -120,6 +120,22 @@ impl Ground {
         }
     }
 
+    /// Returns a height that no place of the ground exceeds \[m\].
+    pub fn greatest_height(&self) -> f64 {
+        match &self.terrain {
+            Terrain::Flat => 0.0,
+            Terrain::Levels(levels) => {
+                let heights = levels.levels().map(|(_, _, height)| height);
+                heights.fold(f64::NEG_INFINITY, f64::max)
+            }
+            // Splines are within their control points.
+            Terrain::Heights(field) => {
+                let heights = field.heights.iter().copied();
+                heights.fold(f64::NEG_INFINITY, f64::max)
+            }
+        }
+    }
+
     /// Returns the height of the level above or below which a point is, where that is certainly the
     /// ground [nearest](Self::nearest) to it \[m\]; none elsewhere, and on ground without levels.
     #[inline]

@@ -10,7 +10,7 @@ use twinrig_robot::RobotError;
 
 use crate::quadruped::{Leg, Quadruped};
 use leg::leg_lines;
-use lines::{Lines, Origin, quantity};
+use lines::{Lines, Origin, assumed, quantity};
 use scaled::Scale;
 
 /// A robot file made of a description.
@@ -66,12 +66,29 @@ pub(crate) fn robot_file(
         Origin::Assumed,
         "between foot and ground",
     );
+    contact(&scale, &mut lines);
     Ok(Imported {
         text: lines.text,
         read: lines.read,
         assumed: lines.assumed,
         notes: robot.notes.clone(),
     })
+}
+
+/// Writes the contact of trunk, knees and ankles.
+fn contact(scale: &Scale, lines: &mut Lines) {
+    let Some(contact) = scale.contact() else {
+        return;
+    };
+    lines.raw("\n[contact]");
+    for (key, value, unit) in [
+        ("stiffness", contact.stiffness, Unit::NewtonPerMeter),
+        ("damping", contact.damping, Unit::NewtonSecondPerMeter),
+        ("toe_region", contact.toe_region, Unit::Meter),
+        ("slip_deflection", contact.slip_deflection, Unit::Meter),
+    ] {
+        lines.entry(key, &assumed(value, unit), Origin::Assumed, "");
+    }
 }
 
 fn head(name: &str, file: &str, robot: &Quadruped, lines: &mut Lines) {

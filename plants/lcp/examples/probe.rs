@@ -11,7 +11,7 @@ use std::path::Path;
 use serde_json::json;
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_lcp::{Equations, Posture};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start};
 use twinrig_robot::RobotFile;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,6 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             step: SimDuration::from_millis(2),
             drives: Drives::None,
             abduction: Abduction::Locked,
+            contacts: Contacts::Feet,
             set_point: SetPoint::Held,
             start: Start::default(),
         };

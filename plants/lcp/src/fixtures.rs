@@ -2,7 +2,7 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Abduction, Base, Drives, Ledger, SetPoint, Setup, StartPose};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, Ledger, SetPoint, Setup, StartPose};
 use twinrig_robot::{Robot, RobotFile};
 
 use crate::constraints::motion::Motion;
@@ -54,6 +54,7 @@ pub(crate) fn setup(
         step: SimDuration::from_millis(2),
         drives,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: StartPose {
             q: angles.map(f64::to_radians),

@@ -10,7 +10,7 @@
 //! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_lcp::{Constraints, Features, Lcp, Method, Options};
-//! use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, StartPose};
+//! use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -25,6 +25,7 @@
 //!         step: SimDuration::from_millis(2),
 //!         drives: Drives::None,
 //!         abduction: Abduction::Locked,
+//!         contacts: Contacts::Feet,
 //!         set_point: SetPoint::Held,
 //!         start: StartPose { q: [hip, knee, -knee], rates: [0.0; 3] }.into(),
 //!     },

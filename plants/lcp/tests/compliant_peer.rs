@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use twinrig_kernel::SimDuration;
 use twinrig_lcp::{Lcp, Method, Options};
-use twinrig_legged::{Abduction, Base, Constraints, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Constraints, Contacts, Drives, SetPoint, Setup, Start};
 use twinrig_robot::{Compliance, Robot, Servo};
 use twinrig_runtime::{Plant, PlantState};
 use twinrig_testing::plant_harness::PlantHarness;
@@ -158,6 +158,7 @@ impl Case {
                 step: SimDuration::from_nanos(step_ns),
                 drives: drives.unwrap_or(Drives::None),
                 abduction: Abduction::Locked,
+                contacts: Contacts::Feet,
                 set_point: self.set_point,
                 ..suspended(self.legs, self.start.clone(), PERIOD_US)
             },

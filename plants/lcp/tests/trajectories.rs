@@ -12,7 +12,7 @@
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_kernel::SimDuration;
 use twinrig_lcp::{Lcp, Method, Options};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::PlantHarness;
@@ -159,6 +159,7 @@ fn tumble(name: &str, integration: Integration) -> f64 {
         step: SimDuration::from_millis(2),
         drives: Drives::None,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: reference.start().into(),
     };
@@ -247,6 +248,7 @@ fn drop(name: &str, base: Base, integration: Integration) -> f64 {
         step: SimDuration::from_millis(2),
         drives: Drives::None,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: reference.start().into(),
     };

@@ -6,9 +6,9 @@ use twinrig_kernel::SimTime;
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantState, WorkCounts};
 
-use crate::LEGS;
 use crate::error::LeggedError;
 use crate::external_load::StepLoad;
+use crate::ground_friction::Friction;
 use crate::posture::Posture;
 use crate::readings::Readings;
 use crate::setup::Setup;
@@ -34,9 +34,8 @@ pub trait Dynamics: Readings + Send {
     /// step.
     fn set_inputs(&mut self, inputs: &StepInputs<'_>);
 
-    /// Sets the coefficients of friction at the feet, by leg, from the present time on; called only
-    /// where they change.
-    fn set_friction(&mut self, friction: &[f64; LEGS]);
+    /// Sets the coefficients of friction from the present time on; called only where they change.
+    fn set_friction(&mut self, friction: &Friction);
 
     /// Sets the load of pushes in the next step; called before every step of a plant with pushes.
     /// Dynamics evaluate it at the times of their stages, or hold its mean. It is no part of the

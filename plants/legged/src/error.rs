@@ -76,6 +76,32 @@ pub enum LeggedError {
         /// The plant.
         plant: &'static str,
     },
+    /// The contact of trunk, knees and ankles is not known.
+    #[error(
+        "the robot {robot} has no contact but that of its feet: add `[contact]` to the robot file, or choose \
+         `contacts = \"feet\"`"
+    )]
+    NoContact {
+        /// Name of the robot.
+        robot: String,
+    },
+    /// Only the feet have contact in the plant.
+    #[error(
+        "{plant} has contact at the feet only: choose `contacts = \"feet\"`, or `model = \"lcp\"` with \
+         compliant constraints and without a toe joint"
+    )]
+    FeetOnly {
+        /// The plant.
+        plant: &'static str,
+    },
+    /// Knees and ankles have no contact in the plant.
+    #[error(
+        "{plant} has no contact at knees and ankles: choose `contacts = \"trunk\"`, or `model = \"lcp\"`"
+    )]
+    WithoutSegments {
+        /// The plant.
+        plant: &'static str,
+    },
     /// Invalid motor parameters.
     #[error("{drive} motor: {why}")]
     Motor {

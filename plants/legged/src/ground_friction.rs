@@ -1,18 +1,29 @@
-//! Friction at the feet on ground with patches.
+//! Friction on ground with patches.
 
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use twinrig_contact::Ground;
 use twinrig_kernel::SimTime;
 
 use crate::LEGS;
 use crate::dynamics::Dynamics;
 
-/// Coefficients of friction at the feet. Steps end where a patch begins or ends in time; within a
-/// step the friction of a foot is that at its place at the beginning of the step.
+/// Coefficients of friction \[1\].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Friction {
+    /// Those of each leg, at its foot, also for knee and ankle.
+    pub legs: [f64; LEGS],
+    /// That of the trunk, at its centre of mass.
+    pub trunk: f64,
+}
+
+/// Coefficients of friction that change. Steps end where a patch begins or ends in time; within a
+/// step the friction of a part is that at its place at the beginning of the step.
 #[derive(Debug, Clone)]
 pub(crate) struct GroundFriction {
     ground: Ground,
     /// Those of the dynamics.
-    friction: [f64; LEGS],
+    friction: Friction,
 }
 
 impl GroundFriction {
@@ -20,7 +31,10 @@ impl GroundFriction {
     pub(crate) fn new(ground: Option<&Ground>) -> Option<Self> {
         let ground = ground.filter(|ground| ground.has_patches())?;
         Some(Self {
-            friction: [ground.friction; LEGS],
+            friction: Friction {
+                legs: [ground.friction; LEGS],
+                trunk: ground.friction,
+            },
             ground: ground.clone(),
         })
     }
@@ -31,12 +45,15 @@ impl GroundFriction {
         change.map_or(next, |at| at.min(next))
     }
 
-    /// Sets the friction at the present places of the feet.
+    /// Sets the friction at the present places of feet and trunk.
     pub(crate) fn apply<D: Dynamics + ?Sized>(&mut self, now: SimTime, dynamics: &mut D) {
         // Feet are readings, which some dynamics compute on demand.
         dynamics.update_readings();
-        let feet = dynamics.feet();
-        let friction = feet.map(|foot| self.ground.friction_at(foot.position.x, now));
+        let at = |place: Vector3<f64>| self.ground.friction_at(place.x, now);
+        let friction = Friction {
+            legs: dynamics.feet().map(|foot| at(foot.position)),
+            trunk: at(dynamics.position()),
+        };
         if friction != self.friction {
             self.friction = friction;
             dynamics.set_friction(&friction);
@@ -49,12 +66,12 @@ impl GroundFriction {
     }
 
     /// Returns the state to be serialised.
-    pub(crate) fn save(&self) -> [f64; LEGS] {
+    pub(crate) fn save(&self) -> Friction {
         self.friction
     }
 
     /// Restores a saved state.
-    pub(crate) fn restore(&mut self, saved: [f64; LEGS]) {
+    pub(crate) fn restore(&mut self, saved: Friction) {
         self.friction = saved;
     }
 }

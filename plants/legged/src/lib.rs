@@ -9,7 +9,7 @@
 //! use std::path::Path;
 //! use twinrig_kernel::SimDuration;
 //! use twinrig_robot::leg::Pantograph;
-//! use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Signals, StartPose};
+//! use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Signals, StartPose};
 //! use twinrig_robot::RobotFile;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let robot = RobotFile::find("cheetah-cub", Path::new(""))?.robot()?;
@@ -20,6 +20,7 @@
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::None,
 //!     abduction: Abduction::Locked,
+//!     contacts: Contacts::Feet,
 //!     set_point: SetPoint::Held,
 //!     start: StartPose { q: [0.2, -0.1, 0.1], rates: [0.0; 3] }.into(),
 //! };
@@ -65,19 +66,20 @@ pub use constraints::Constraints;
 pub use dynamics::{Dynamics, FromRobot, PartFault};
 pub use error::{LeggedError, PushProblem, positive};
 pub use external_load::{ExternalLoad, StepLoad};
+pub use ground_friction::Friction;
 pub use plant::LeggedPlant;
 pub use posture::{LegPosture, Posture};
 pub use push::{Push, PushShape, PushTarget};
 pub use push_schedule::PushSchedule;
 pub use readings::{FootMotion, Readings, surfaces_below};
 pub use segment::Segment;
-pub use setup::{Abduction, Base, DriveModels, Drives, Motors, Servos, Setup};
+pub use setup::{Abduction, Base, Contacts, DriveModels, Drives, Motors, Servos, Setup};
 pub use signals::Signals;
 pub use slide::{TangentialImpulse, taken_by_friction};
 pub use start::{LegStart, Start, StartPose};
 pub use twinrig_actuator::{Ramp, SetPoint, SetPoints, StepInputs};
 pub use twinrig_runtime::{Ledger, NegativeDissipation, Stored};
-pub use window::Window;
+pub use window::{GroundImpulses, Window};
 
 /// Maximum number of legs.
 pub const LEGS: usize = 4;

@@ -8,18 +8,17 @@ use twinrig_runtime::{
     EnergyBalance, LimitViolation, Plant, PlantEvent, PlantFault, PlantState, WorkCounts,
 };
 
-use crate::LEGS;
 use crate::assembly::AssemblyWatch;
 use crate::dynamics::{Dynamics, FromRobot, PartFault};
 use crate::error::LeggedError;
-use crate::ground_friction::GroundFriction;
+use crate::ground_friction::{Friction, GroundFriction};
 use crate::limits::{Excesses, Limits};
 use crate::push::Push;
 use crate::push_schedule::PushSchedule;
 use crate::serial::{SavedServos, SerialServos};
-use crate::setup::{Base, Drives, Setup};
+use crate::setup::{Base, Contacts, Drives, Setup};
 use crate::signals::Signals;
-use crate::window::Window;
+use crate::window::{GroundImpulses, Window};
 use twinrig_actuator::{Ramp, SetPoint, SetPoints, StepInputs};
 
 /// Plant of a legged robot with the given dynamics.
@@ -27,6 +26,7 @@ use twinrig_actuator::{Ramp, SetPoint, SetPoints, StepInputs};
 pub struct LeggedPlant<D: Dynamics + ?Sized> {
     dynamics: Box<D>,
     base: Base,
+    contacts: Contacts,
     legs: Vec<String>,
     assembly: Vec<AssemblyWatch>,
     limits: Limits,
@@ -53,8 +53,8 @@ struct Saved<S> {
     ramps: Vec<Ramp>,
     /// Serial servos.
     servos: Option<SavedServos>,
-    /// Coefficients of friction at the feet, where they change.
-    friction: Option<[f64; LEGS]>,
+    /// Coefficients of friction, where they change.
+    friction: Option<Friction>,
     limits: Excesses,
     dynamics: S,
 }
@@ -116,6 +116,7 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
             pushes: PushSchedule::default(),
             dynamics,
             base: setup.base,
+            contacts: setup.contacts,
             legs: legs.iter().map(|&leg| leg.to_owned()).collect(),
             assembly: Vec::new(),
             limits: Limits::default(),
@@ -269,7 +270,16 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
     }
 
     fn begin_window(&mut self) {
-        let impulses = (0..self.legs.len()).map(|leg| self.dynamics.ground_impulse(leg));
+        let mut impulses = GroundImpulses::default();
+        for leg in 0..self.legs.len() {
+            impulses.feet[leg] = self.dynamics.ground_impulse(leg);
+            if self.contacts == Contacts::All {
+                impulses.segments[leg] = self.dynamics.segments_impulse(leg);
+            }
+        }
+        if self.contacts != Contacts::Feet {
+            impulses.trunk = self.dynamics.trunk_impulse();
+        }
         self.window.begin(self.now.as_secs_f64(), impulses);
         self.limits.check(self.now, &*self.dynamics);
     }

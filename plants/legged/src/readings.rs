@@ -84,8 +84,20 @@ pub trait Readings {
     /// point above the ground, along the normal \[m\], and the normal.
     fn surfaces(&self, feet: &[FootMotion; LEGS]) -> [Surface; LEGS];
 
-    /// Returns the impulse of the ground on the leg since the start \[N·s\].
+    /// Returns the impulse of the ground on the foot since the start \[N·s\].
     fn ground_impulse(&self, leg: usize) -> [f64; 3];
+
+    /// Returns the impulse of the ground on knee and ankle since the start \[N·s\]; called only of
+    /// legs with such a contact.
+    fn segments_impulse(&self, _leg: usize) -> [f64; 3] {
+        [0.0; 3]
+    }
+
+    /// Returns the impulse of the ground on the trunk since the start \[N·s\]; called only of
+    /// trunks with such a contact.
+    fn trunk_impulse(&self) -> [f64; 3] {
+        [0.0; 3]
+    }
 }
 
 /// Returns the ground below each foot; without ground, a level one at infinite distance.

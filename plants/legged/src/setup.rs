@@ -4,7 +4,7 @@ use twinrig_actuator::{DcMotor, LegMotor, PositionServo, SetPoint};
 use twinrig_contact::Ground;
 use twinrig_kernel::SimDuration;
 use twinrig_robot::serial::SerialServo;
-use twinrig_robot::{Compliance, LegMount, Robot};
+use twinrig_robot::{Compliance, Contact, LegMount, Robot};
 
 use crate::LEGS;
 use crate::error::LeggedError;
@@ -89,6 +89,17 @@ impl Abduction {
     }
 }
 
+/// Parts of the robot that have contact with the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contacts {
+    /// The feet.
+    Feet,
+    /// The feet, and the corners of the trunk's box.
+    Trunk,
+    /// The feet, the corners of the trunk's box, knees and ankles.
+    All,
+}
+
 /// Servos of each leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Servos {
@@ -163,6 +174,8 @@ pub struct Setup {
     pub drives: Drives,
     /// Joints of hip abduction.
     pub abduction: Abduction,
+    /// Parts that have contact with the ground.
+    pub contacts: Contacts,
     /// Course of the set-points of servos between commands; without effect on motors.
     pub set_point: SetPoint,
     /// Initial state of the legs.
@@ -222,6 +235,57 @@ impl Setup {
             mount.leg.compliance.ok_or(LeggedError::Compliance { leg })
         };
         mounts.map(compliance).collect()
+    }
+
+    /// Returns the parts that have contact with the ground and that neither a fixed trunk nor the
+    /// lengths of the legs keep from it.
+    ///
+    /// # Errors
+    /// As [`Self::posture`].
+    pub fn reaching_contacts(&self, robot: &Robot) -> Result<Contacts, LeggedError> {
+        let Some(ground) = self
+            .ground
+            .as_ref()
+            .filter(|_| self.contacts != Contacts::Feet)
+        else {
+            return Ok(Contacts::Feet);
+        };
+        if self.base != Base::Fixed {
+            return Ok(self.contacts);
+        }
+        let height = self.posture(robot)?.position.z;
+        let lowest_ankle = |mount: &LegMount| {
+            let leg = &mount.leg;
+            let beside = leg
+                .abduction
+                .map_or(0.0, |joint| 2.0 * (joint.offset.abs() + joint.height.abs()));
+            height + mount.hip[2] - leg.l1 - leg.l2 - beside
+        };
+        let mounts = self.selected_mounts(robot)?;
+        let reaches = |mount: &&LegMount| lowest_ankle(mount) < ground.greatest_height();
+        let reach = self.contacts == Contacts::All && mounts.iter().any(reaches);
+        Ok(if reach { Contacts::All } else { Contacts::Feet })
+    }
+
+    /// Returns the contact of the parts beyond the feet, of a robot that has one.
+    ///
+    /// # Errors
+    /// [`LeggedError::NoContact`].
+    pub fn contact(&self, robot: &Robot) -> Result<Contact, LeggedError> {
+        let name = || robot.name.clone();
+        let missing = || LeggedError::NoContact { robot: name() };
+        robot.contact.ok_or_else(missing)
+    }
+
+    /// Checks that only the feet have contact with the ground, as `plant` requires.
+    ///
+    /// # Errors
+    /// [`LeggedError::FeetOnly`].
+    pub fn check_feet_only(&self, plant: &'static str) -> Result<(), LeggedError> {
+        match self.contacts {
+            Contacts::Feet => Ok(()),
+            _ => Err(LeggedError::FeetOnly { plant }),
+        }
     }
 
     /// Returns the selected legs, which have joints of abduction.

@@ -7,7 +7,7 @@ use twinrig_runtime::PlantFault;
 
 use crate::LEGS;
 use crate::readings::{FootMotion, Readings};
-use crate::setup::{Abduction, Drives, Setup};
+use crate::setup::{Abduction, Contacts, Drives, Setup};
 use crate::window::Window;
 
 /// Motion of the trunk, in the order of [`signal::BODY`].
@@ -18,6 +18,7 @@ enum BodySignal {
     Rpy,
     Velocity,
     AngularVelocity,
+    ContactForce,
 }
 
 /// Measurement of one leg, in the order of [`signal::LEG`].
@@ -38,9 +39,10 @@ enum LegSignal {
     FootClearance,
     AbductionPosition,
     AbductionTorque,
+    SegmentsForce,
 }
 
-const LEG: [LegSignal; 15] = [
+const LEG: [LegSignal; 16] = [
     LegSignal::HipPosition,
     LegSignal::HipRate,
     LegSignal::HipTorque,
@@ -56,6 +58,7 @@ const LEG: [LegSignal; 15] = [
     LegSignal::FootClearance,
     LegSignal::AbductionPosition,
     LegSignal::AbductionTorque,
+    LegSignal::SegmentsForce,
 ];
 
 /// Measurements available only with ground.
@@ -100,7 +103,8 @@ impl Signals {
     /// - motors, also those of serial servos: rates of hip and knee;
     /// - joints of abduction: their angles and torques, and with servos their commands, which
     ///   follow the other inputs;
-    /// - ground: loads, forces and clearances of the feet.
+    /// - ground: loads, forces and clearances of the feet;
+    /// - contact of trunk, or of knees and ankles: the force on them.
     pub fn new(legs: &[&str], setup: &Setup, selected: &dyn Fn(&str) -> bool) -> Self {
         let (ground, drives) = (setup.ground.is_some(), setup.drives != Drives::None);
         let mut ports = Vec::new();
@@ -124,7 +128,14 @@ impl Signals {
             }
             is_selected
         };
-        let body = signal::BODY.map(|standard| select(true, standard.output()));
+        let [trunk, segments] = [
+            ground && setup.contacts != Contacts::Feet,
+            ground && setup.contacts == Contacts::All,
+        ];
+        let body = signal::BODY.map(|standard| {
+            let exists = trunk || standard.name != signal::BODY_CONTACT_FORCE;
+            select(exists, standard.output())
+        });
         let energy = signal::ENERGY.map(|standard| select(true, standard.output()));
         let motors = setup.drives.have_motors();
         let abduction = setup.abduction != Abduction::Locked;
@@ -133,6 +144,7 @@ impl Signals {
                 && (drives || !OF_DRIVES.contains(signal))
                 && (motors || !OF_MOTORS.contains(signal))
                 && (abduction || !OF_ABDUCTION.contains(signal))
+                && (segments || *signal != LegSignal::SegmentsForce)
         };
         let of_leg = |leg: &&str| {
             LEG.map(|signal| {
@@ -199,6 +211,11 @@ impl Signals {
     ) {
         let mut outputs = Outputs(outputs);
         self.write_body(readings, &mut outputs);
+        outputs.put_if(self.body[BodySignal::ContactForce as usize], || {
+            let impulse = readings.trunk_impulse();
+            let force = window.mean_force(|before| before.trunk, &impulse, now_s);
+            force.into()
+        });
         if self.energy.contains(&true) {
             let balance = readings.energy().values();
             for (selected, value) in self.energy.iter().zip(balance) {
@@ -254,7 +271,7 @@ impl Signals {
             outputs.put_if(selected(S::FootPosition), || foot.position.into());
             outputs.put_if(selected(S::FootVelocity), || foot.velocity.into());
             let force = if selected(S::FootLoad) || selected(S::FootForce) {
-                window.mean_force(leg, &of.ground_impulse(leg), now_s)
+                window.mean_force(|before| before.feet[leg], &of.ground_impulse(leg), now_s)
             } else {
                 Vector3::zeros()
             };
@@ -268,6 +285,11 @@ impl Signals {
             }
             outputs.put_if(selected(S::AbductionPosition), || [of.abduction(leg)]);
             outputs.put_if(selected(S::AbductionTorque), || [of.abduction_torque(leg)]);
+            outputs.put_if(selected(S::SegmentsForce), || {
+                let impulse = of.segments_impulse(leg);
+                let force = window.mean_force(|before| before.segments[leg], &impulse, now_s);
+                force.into()
+            });
         }
     }
 }

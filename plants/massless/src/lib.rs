@@ -8,7 +8,7 @@
 //! ```
 //! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
+//! use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start};
 //! use twinrig_massless::{Force, Massless, Options};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -21,6 +21,7 @@
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::Ideal { period: 2e-3 },
 //!     abduction: Abduction::Locked,
+//!     contacts: Contacts::Feet,
 //!     set_point: SetPoint::Held,
 //!     start: Start::default(),
 //! };

@@ -3,11 +3,12 @@
 use std::fmt::Debug;
 use std::ops::Add;
 
-use twinrig_compliant::AbductionJoints;
+use twinrig_compliant::lanes::Quad;
+use twinrig_compliant::{AbductionJoints, BodyPoints};
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Abduction, Base, Constraints, Dynamics, FromRobot, LEGS, LeggedPlant, PartFault, Posture,
-    Setup, StepInputs, StepLoad,
+    Abduction, Base, Constraints, Contacts, Dynamics, Friction, FromRobot, LeggedError,
+    LeggedPlant, PartFault, Posture, Setup, StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -31,17 +32,44 @@ impl FromRobot for dyn Formulation {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MasslessError> {
-        Ok(match (options.constraints, &options.setup.abduction) {
-            (Constraints::Rigid, _) => Islands::from_robot(robot, options)?,
-            (Constraints::Compliant, Abduction::Locked) => {
-                Box::new(compliant::initial(robot, options, [])?)
-            }
-            (Constraints::Compliant, _) => {
-                let joints = AbductionJoints::new(robot, &options.setup)?;
-                Box::new(compliant::initial(robot, options, [joints])?)
-            }
-        })
+        match options.constraints {
+            Constraints::Rigid => Ok(Islands::from_robot(robot, options)?),
+            Constraints::Compliant => compliant_flow(robot, options),
+        }
     }
+}
+
+/// Builds a robot with compliant constraints, of those parts that it has.
+fn compliant_flow(robot: &Robot, options: &Options) -> Result<Box<dyn Formulation>, MasslessError> {
+    let setup = &options.setup;
+    let has_body = match setup.contacts {
+        Contacts::Feet => false,
+        Contacts::Trunk => setup.reaching_contacts(robot)? != Contacts::Feet,
+        Contacts::All => {
+            let plant = "`massless`";
+            return Err(LeggedError::WithoutSegments { plant }.into());
+        }
+    };
+    let joints = || AbductionJoints::new(robot, setup);
+    let body = || BodyPoints::new(robot, setup);
+    let is_abducting = setup.abduction != Abduction::Locked;
+    match (is_abducting, has_body) {
+        (false, false) => initial::<0, 0>(robot, options, [], []),
+        (true, false) => initial::<1, 0>(robot, options, [joints()?], []),
+        (false, true) => initial::<0, 1>(robot, options, [], [body()?]),
+        (true, true) => initial::<1, 1>(robot, options, [joints()?], [body()?]),
+    }
+}
+
+/// Builds a plant with compliant constraints.
+fn initial<const A: usize, const B: usize>(
+    robot: &Robot,
+    options: &Options,
+    joints: [AbductionJoints<Quad>; A],
+    body: [BodyPoints<Quad>; B],
+) -> Result<Box<dyn Formulation>, MasslessError> {
+    let flow = compliant::initial::<A, B>(robot, options, joints, body)?;
+    Ok(Box::new(flow))
 }
 
 impl Formulation for Islands {}
@@ -68,6 +96,9 @@ impl FromRobot for Islands {
         options
             .setup
             .check_locked("`massless` with rigid constraints")?;
+        options
+            .setup
+            .check_feet_only("`massless` with rigid constraints")?;
         let flows = islands(robot, options)?
             .iter()
             .map(|island| {
@@ -151,8 +182,8 @@ impl Dynamics for Islands {
         }
     }
 
-    fn set_friction(&mut self, friction: &[f64; LEGS]) {
-        let mut legs = friction.iter();
+    fn set_friction(&mut self, friction: &Friction) {
+        let mut legs = friction.legs.iter();
         for flow in &mut self.flows {
             let of_flow = flow.model.friction.iter_mut().take(flow.model.legs.len());
             of_flow

@@ -2,7 +2,7 @@
 
 use divan::{Bencher, black_box};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start, StartPose};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start, StartPose};
 use twinrig_mujoco::{Coordinates, Integrator, Mujoco, Options};
 use twinrig_robot::RobotFile;
 use twinrig_runtime::Plant;
@@ -40,6 +40,7 @@ fn hanging() -> Setup {
         step: SimDuration::from_millis(2),
         drives: Drives::None,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: StartPose { q, rates: [0.0; 3] }.into(),
     }

@@ -3,6 +3,7 @@
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
 use twinrig_legged::{Base, DriveModels};
 
+use crate::body_points::{BodyPoint, Place};
 use crate::engine::EngineError;
 use crate::model::Model;
 use crate::options::Coordinates;
@@ -18,6 +19,8 @@ pub(crate) struct Addresses {
     /// Body of the trunk.
     pub(crate) trunk_body: usize,
     pub(crate) legs: Vec<LegAddresses>,
+    /// Contact points of trunk, knees and ankles, if they have contact.
+    pub(crate) body: Vec<BodyPoint>,
 }
 
 /// Addresses of a leg.
@@ -94,8 +97,35 @@ impl Addresses {
             trunk,
             trunk_body: find(compiled, MjtObjBase::mjOBJ_BODY, "trunk")?,
             legs: legs.collect::<Result<_, EngineError>>()?,
+            body: body(model, compiled)?,
         })
     }
+}
+
+/// Returns the contact points of trunk, knees and ankles.
+fn body(model: &Model, compiled: &MjModel) -> Result<Vec<BodyPoint>, EngineError> {
+    let point = |name: &str, place| {
+        let geom = find(compiled, MjtObjBase::mjOBJ_GEOM, name)?;
+        Ok(BodyPoint { geom, place })
+    };
+    let mut points = Vec::new();
+    for (index, corner) in model.corners.iter().enumerate() {
+        points.push(point(&corner_name(index), Place::Corner(*corner))?);
+    }
+    for (leg, leg_model) in model.legs.iter().enumerate() {
+        for (segment, joint) in ["knee", "ankle"].into_iter().enumerate() {
+            if leg_model.has_segment_contact {
+                let name = format!("{}_{joint}", leg_model.name);
+                points.push(point(&name, Place::Joint { leg, segment })?);
+            }
+        }
+    }
+    Ok(points)
+}
+
+/// Returns the name of the geom of a corner of the trunk.
+pub(crate) fn corner_name(index: usize) -> String {
+    format!("corner_{}", index + 1)
 }
 
 fn find(compiled: &MjModel, kind: MjtObjBase, name: &str) -> Result<usize, EngineError> {

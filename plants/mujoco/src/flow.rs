@@ -8,6 +8,7 @@ use twinrig_legged::{
 use twinrig_robot::{GRAVITY, Robot};
 
 use crate::addresses::Addresses;
+use crate::body_points::{self, BodyForces, POINTS, PointVelocities};
 use crate::drives::{self, DriveStates, Inputs, Limits, MotorParameters};
 use crate::engine::{Engine, EngineError, EngineFault, STAGES};
 use crate::frame::{LegFrame, TrunkFrame, set_coordinates, spatial};
@@ -33,7 +34,7 @@ const SATURATION_ROUNDS_MAX: u32 = 4;
 
 /// Maximum number of corrected contacts; feet touch the ground more than once at its edges. Further
 /// contacts keep MuJoCo's forces.
-pub(crate) const CONTACTS: usize = 4 * LEGS;
+pub(crate) const CONTACTS: usize = 4 * LEGS + 2 * POINTS;
 
 /// Reason why a step failed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -57,6 +58,10 @@ pub struct Flow {
     pub(crate) trunk: TrunkFrame,
     pub(crate) legs: [Option<LegFrame>; LEGS],
     pub(crate) forces: [LegForces; LEGS],
+    /// Forces of the ground on trunk and segments in the last step, and their impulses since the
+    /// start \[N·s\].
+    pub(crate) body_forces: BodyForces,
+    pub(crate) body_impulses: BodyForces,
     /// Impulses of the ground since the start, world axes \[N·s\].
     pub(crate) impulses: [[f64; 3]; LEGS],
     pub(crate) ledger: Ledger,
@@ -89,6 +94,8 @@ impl Flow {
             trunk,
             legs: [None; LEGS],
             forces: [LegForces::default(); LEGS],
+            body_forces: BodyForces::default(),
+            body_impulses: BodyForces::default(),
             impulses: [[0.0; 3]; LEGS],
             ledger: Ledger::default(),
             in_contact: [false; LEGS],
@@ -136,6 +143,7 @@ impl Flow {
         data.qvel_mut().copy_from_slice(&qvel);
         self.update_kinematics();
         self.forces = [LegForces::default(); LEGS];
+        (self.body_forces, self.body_impulses) = Default::default();
         self.impulses = [[0.0; 3]; LEGS];
         self.in_contact = [false; LEGS];
         self.ledger = Ledger::opened(self.stored());
@@ -265,16 +273,26 @@ impl Flow {
     /// Integrates with the computed forces, and adds their work to the energy balance.
     fn step(&mut self, seconds: f64) -> Result<(), FlowFault> {
         self.forces = [LegForces::default(); LEGS];
+        self.body_forces = BodyForces::default();
         if self.model.numerics.integrator == Integrator::Rk4 {
             return self.stages(seconds);
         }
         let before = self.rates();
+        let points_before = self.point_velocities();
         let push_before = self.push_power();
         self.engine.integrate(seconds)?;
         self.update_kinematics();
         self.ledger.external += 0.5 * seconds * (push_before + self.push_power());
         let after = self.rates();
         let rates = mean(&before, &after);
+        let mut points = self.point_velocities();
+        for (point, before) in points
+            .iter_mut()
+            .flatten()
+            .zip(points_before.iter().flatten())
+        {
+            *point = 0.5 * (*point + before);
+        }
         let friction_rates = rates::friction_rates(&self.model, &before, &after);
         let now = self.engine.data().qvel();
         let mean_velocity = self
@@ -289,6 +307,7 @@ impl Flow {
             seconds,
             &forces,
             [&rates, &friction_rates],
+            &points,
             &constraints,
         );
         Ok(())
@@ -314,7 +333,15 @@ impl Flow {
             let forces = forces_on_legs(&self.engine, &self.model, &self.at, &self.inputs, &rates);
             let share = self.engine.weight(stage);
             self.ledger.external += share * seconds * self.push_power();
-            self.add_forces(share, seconds, &forces, [&rates, &rates], &constraints);
+            let points = self.point_velocities();
+            self.add_forces(
+                share,
+                seconds,
+                &forces,
+                [&rates, &rates],
+                &points,
+                &constraints,
+            );
         }
         let completed = self.engine.finish_stages(seconds);
         if completed.is_err() {
@@ -331,13 +358,20 @@ impl Flow {
         seconds: f64,
         forces: &[LegForces; LEGS],
         rates: [&[LegRates; LEGS]; 2],
+        points: &PointVelocities,
         constraints: &Constraints,
     ) {
         for (mean, forces) in self.forces.iter_mut().zip(forces) {
             mean.add(share, forces);
         }
-        let powers = Powers::new(&self.model, forces, rates, constraints);
+        let (body, of_body) = BodyForces::new(&self.engine, &self.at, points);
+        self.body_forces.add(share, &body);
+        let powers = Powers::new(&self.model, forces, rates, of_body, constraints);
         powers.add_work(share * seconds, &mut self.ledger);
+    }
+
+    fn point_velocities(&self) -> PointVelocities {
+        body_points::velocities(&self.model, &self.at, &self.trunk, &self.legs)
     }
 
     fn rates(&self) -> [LegRates; LEGS] {
@@ -355,6 +389,7 @@ impl Flow {
             self.events += u64::from(touches != self.in_contact[leg]);
             self.in_contact[leg] = touches;
         }
+        self.body_impulses.add(seconds, &self.body_forces);
         let stored = self.stored();
         self.ledger.close_step(stored);
     }

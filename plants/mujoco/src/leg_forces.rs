@@ -110,18 +110,25 @@ fn contact_forces(engine: &Engine, foot: usize) -> [[f64; 3]; 2] {
         if !(first || second) {
             continue;
         }
-        // MuJoCo's contact force acts on the second geom.
-        let sign = if second { 1.0 } else { -1.0 };
-        let force = engine.data().contact_force(id);
-        let [normal, first, second] =
-            [0, 1, 2].map(|row| contact.frame[3 * row..][..3].iter().copied());
-        let [normal_force, along, across] = [0, 1, 2].map(|row| sign * force[row]);
-        for (sum, n) in forces[0].iter_mut().zip(normal) {
-            *sum += normal_force * n;
-        }
-        for (sum, (a, b)) in forces[1].iter_mut().zip(first.zip(second)) {
-            *sum += along * a + across * b;
+        let of_contact = contact_force(engine, id, foot);
+        for (sum, part) in forces.iter_mut().flatten().zip(of_contact.iter().flatten()) {
+            *sum += part;
         }
     }
     forces
+}
+
+/// Returns the force of a contact on a geom that it has: normal and tangential, world axes \[N\].
+pub(crate) fn contact_force(engine: &Engine, id: usize, geom: usize) -> [[f64; 3]; 2] {
+    let contact = &engine.data().contact()[id];
+    // MuJoCo's contact force acts on the second geom.
+    let is_second = usize::try_from(contact.geom[1]) == Ok(geom);
+    let sign = if is_second { 1.0 } else { -1.0 };
+    let force = engine.data().contact_force(id);
+    let [normal, along, across] = [0, 1, 2].map(|row| sign * force[row]);
+    let axis = |row: usize, i: usize| contact.frame[3 * row + i];
+    [
+        [0, 1, 2].map(|i| normal * axis(0, i)),
+        [0, 1, 2].map(|i| along * axis(1, i) + across * axis(2, i)),
+    ]
 }

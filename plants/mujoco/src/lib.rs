@@ -6,7 +6,7 @@
 //! # // Not run: doctests do not find MuJoCo's library; `tests/plant` does the same and more.
 //! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, StartPose};
+//! use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_mujoco::{Coordinates, Mujoco, Options};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -19,6 +19,7 @@
 //!     step: SimDuration::from_millis(1),
 //!     drives: Drives::None,
 //!     abduction: Abduction::Locked,
+//!     contacts: Contacts::Feet,
 //!     set_point: SetPoint::Held,
 //!     start: StartPose { q: [0.2, -0.2, 0.25], rates: [0.0; 3] }.into(),
 //! };
@@ -103,6 +104,7 @@
 #![doc = include_str!("../README.md")]
 
 mod addresses;
+mod body_points;
 mod drives;
 mod engine;
 mod flow;

@@ -14,7 +14,8 @@ use twinrig_legged::{Base, Posture};
 use twinrig_robot::{GRAVITY, Robot};
 
 use self::sections::{Sections, line, triple};
-use crate::model::{Model, escaped};
+use crate::addresses::corner_name;
+use crate::model::{FOOT_RADIUS, Model, escaped};
 use crate::options::{Coordinates, MujocoError, Numerics, Options, TimeConstant};
 
 /// Returns the robot as a readable MJCF model in one file, as the plant [`Mujoco`](crate::Mujoco)
@@ -170,6 +171,11 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
             triple(&half)
         );
     }
+    let friction = model.ground.as_ref().map(|ground| ground.ground.friction);
+    for (index, corner) in model.corners.iter().enumerate() {
+        let (name, friction) = (corner_name(index), friction.unwrap_or_default());
+        to.world.push_str(&contact_point(&name, corner, friction));
+    }
     for leg in &model.legs {
         line!(
             to.world,
@@ -183,6 +189,15 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
         }
     }
     line!(to.world, "    </body>");
+}
+
+/// Returns the geom of a contact point.
+fn contact_point(name: &str, place: &[f64], friction: f64) -> String {
+    let place = triple(place);
+    format!(
+        "        <geom name=\"{name}\" type=\"sphere\" pos=\"{place}\" size=\"{FOOT_RADIUS}\" mass=\"0\" \
+         friction=\"{friction} 0 0\" contype=\"1\" conaffinity=\"0\"/>\n"
+    )
 }
 
 /// Returns mass, centre of mass and inertia of the trunk with its payloads.

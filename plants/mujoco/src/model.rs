@@ -1,7 +1,7 @@
 //! Constant data of the plant: the robot's parameters and the ground.
 
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_legged::{Base, DriveModels, LeggedError, Posture, Segment, positive};
+use twinrig_legged::{Base, Contacts, DriveModels, LeggedError, Posture, Segment, positive};
 use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{LegMount, Payload, Robot};
 
@@ -35,6 +35,8 @@ pub(crate) struct LegModel {
     /// Viscous friction of hip, knee and ankle \[N·m·s/rad\].
     pub(crate) friction: [f64; 3],
     pub(crate) friction_on_ground: Option<f64>,
+    /// Whether knee and ankle have contact with the ground.
+    pub(crate) has_segment_contact: bool,
     pub(crate) l_delta: f64,
     /// Stiffness \[N/m\] and unloaded length \[m\].
     pub(crate) diagonal: [f64; 2],
@@ -87,6 +89,8 @@ pub(crate) struct Model {
     pub(crate) trunk_inertia: [f64; 3],
     /// Payloads of the trunk.
     pub(crate) payload: Option<Payload>,
+    /// Corners of the trunk, if they have contact \[m\].
+    pub(crate) corners: Vec<[f64; 3]>,
     pub(crate) legs: Vec<LegModel>,
     pub(crate) drives: Option<DriveModels>,
     /// Number of inputs of a leg.
@@ -109,7 +113,18 @@ impl Model {
         let mounts = setup.selected_mounts(robot)?;
         let friction = setup.ground.as_ref().map(|ground| ground.friction);
         let legs = mounts.iter().enumerate();
-        let legs = legs.map(|(index, mount)| LegModel::new(mount, index, friction));
+        let contacts = setup.reaching_contacts(robot)?;
+        let legs = legs.map(|(index, mount)| {
+            let leg = LegModel::new(mount, index, friction)?;
+            Ok::<_, LeggedError>(LegModel {
+                has_segment_contact: contacts == Contacts::All,
+                ..leg
+            })
+        });
+        if contacts != Contacts::Feet {
+            setup.contact(robot)?;
+        }
+        let has_corners = contacts != Contacts::Feet && setup.base != Base::Fixed;
         let model = Self {
             base: setup.base,
             coordinates: options.coordinates,
@@ -118,6 +133,11 @@ impl Model {
             trunk_mass: robot.trunk.mass,
             trunk_inertia: robot.trunk.inertia,
             payload: robot.trunk.payload(),
+            corners: if has_corners {
+                robot.trunk.corners().to_vec()
+            } else {
+                Vec::new()
+            },
             legs: legs.collect::<Result<_, _>>()?,
             drives: setup.drive_models(robot)?,
             inputs: setup.drives.inputs(),
@@ -175,6 +195,7 @@ impl LegModel {
             segments: Segment::of(leg),
             friction: [joints.hip, joints.knee, joints.ankle],
             friction_on_ground: ground,
+            has_segment_contact: false,
             l_delta,
             diagonal: [
                 leg.diagonal.stiffness,

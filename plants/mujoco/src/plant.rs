@@ -3,11 +3,13 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
-    Dynamics, FromRobot, LEGS, Ledger, LeggedPlant, PartFault, Posture, Setup, StepInputs, StepLoad,
+    Dynamics, Friction, FromRobot, LEGS, Ledger, LeggedPlant, PartFault, Posture, Setup,
+    StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
 
+use crate::body_points::BodyForces;
 use crate::drives::Inputs;
 use crate::flow::{Flow, FlowFault};
 use crate::leg_forces::LegForces;
@@ -22,6 +24,8 @@ pub struct SavedFlow {
     state: Vec<f64>,
     inputs: Inputs,
     forces: [LegForces; LEGS],
+    body_forces: BodyForces,
+    body_impulses: BodyForces,
     impulses: [[f64; 3]; LEGS],
     ledger: Ledger,
     in_contact: [bool; LEGS],
@@ -77,22 +81,21 @@ impl Dynamics for Flow {
         }
     }
 
-    fn set_friction(&mut self, friction: &[f64; LEGS]) {
-        let feet: Vec<_> = self
-            .at
-            .legs
-            .iter()
-            .map(|leg| leg.foot)
-            .zip(friction)
-            .collect();
+    fn set_friction(&mut self, friction: &Friction) {
+        let feet = self.at.legs.iter().map(|leg| leg.foot).zip(friction.legs);
+        let feet = feet.filter_map(|(foot, friction)| Some((foot?, friction)));
+        let body = self.at.body.iter().map(|point| {
+            let leg = point.place.leg();
+            let friction = leg.map_or(friction.trunk, |leg| friction.legs[leg]);
+            (point.geom, friction)
+        });
+        let points: Vec<_> = feet.chain(body).collect();
         // For both copies of the model, of which the present one then has its other parameters.
         for _ in 0..2 {
             self.engine.set_parameters(|model| {
                 let geoms = model.geom_friction_mut();
-                for (foot, friction) in &feet {
-                    if let Some(foot) = foot {
-                        geoms[*foot][0] = **friction;
-                    }
+                for (geom, friction) in &points {
+                    geoms[*geom][0] = *friction;
                 }
             });
         }
@@ -133,6 +136,12 @@ impl Dynamics for Flow {
             }
             worst = worst.max(-self.below(i).gap);
         }
+        if let Some(ground) = &self.model.ground {
+            for point in &self.at.body {
+                let [place, _] = point.place.motion(&self.model, &self.trunk, &self.legs);
+                worst = worst.max(-ground.ground.below(&place).gap);
+            }
+        }
         Some(worst)
     }
 
@@ -141,6 +150,8 @@ impl Dynamics for Flow {
             state: self.engine.save(),
             inputs: self.inputs,
             forces: self.forces,
+            body_forces: self.body_forces,
+            body_impulses: self.body_impulses,
             impulses: self.impulses,
             ledger: self.ledger,
             in_contact: self.in_contact,
@@ -154,6 +165,8 @@ impl Dynamics for Flow {
         restored.map_err(|why| why.to_string())?;
         self.inputs = saved.inputs;
         self.forces = saved.forces;
+        self.body_forces = saved.body_forces;
+        self.body_impulses = saved.body_impulses;
         self.impulses = saved.impulses;
         self.ledger = saved.ledger;
         self.in_contact = saved.in_contact;

@@ -16,16 +16,21 @@ pub(crate) struct Powers {
 }
 
 impl Powers {
-    /// Returns the powers of forces at these rates, and of joint friction at the rates
-    /// `friction_rates`.
+    /// Returns the powers of forces at these rates, of joint friction at the rates
+    /// `friction_rates`, and of the forces of the ground on the body, normal and friction.
     pub(crate) fn new(
         model: &Model,
         forces: &[LegForces; LEGS],
         [rates, friction_rates]: [&[LegRates; LEGS]; 2],
+        [normal_of_body, friction_of_body]: [f64; 2],
         constraints: &Constraints,
     ) -> Self {
-        let mut powers = Self::default();
-        let mut limit_power = constraints.power;
+        let mut powers = Self {
+            impact: -normal_of_body,
+            dissipated: -friction_of_body,
+            ..Self::default()
+        };
+        let mut limit_power = constraints.power - normal_of_body - friction_of_body;
         for (i, leg) in model.legs.iter().enumerate() {
             let (forces, rates) = (&forces[i], &rates[i]);
             let [hip, knee] = rates.drive_rates();

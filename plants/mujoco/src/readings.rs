@@ -80,4 +80,12 @@ impl Readings for Flow {
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.impulses[leg]
     }
+
+    fn segments_impulse(&self, leg: usize) -> [f64; 3] {
+        self.body_impulses.segments[leg]
+    }
+
+    fn trunk_impulse(&self) -> [f64; 3] {
+        self.body_impulses.trunk
+    }
 }

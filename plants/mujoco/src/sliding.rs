@@ -7,7 +7,10 @@
 //! initial guess, until the reduction converges.
 
 use nalgebra::Vector3;
+use twinrig_legged::LEGS;
 
+use crate::addresses::LegAddresses;
+use crate::body_points::Place;
 use crate::flow::{CONTACTS, Flow, FlowFault};
 use crate::frame::{LegFrame, TrunkFrame, spatial};
 use crate::options::{Cone, TimeConstant};
@@ -61,7 +64,7 @@ impl Flow {
         let [_, damping] = self.reference();
         let mut changed = false;
         for (id, contact) in data.contact().iter().enumerate().take(CONTACTS) {
-            let Some(leg) = self.leg_of(contact.geom) else {
+            let Some(point) = self.point_of(contact.geom) else {
                 continue;
             };
             let [normal, along, across, ..] = data.contact_force(id);
@@ -74,8 +77,8 @@ impl Flow {
                     let of = &contact.frame[3 * row..][..3];
                     Vector3::new(of[0], of[1], of[2])
                 });
-                let now = self.foot_velocity_at(leg, data.qvel());
-                let end = self.foot_velocity_at(leg, &self.qvel_next);
+                let now = self.velocity_at(point, data.qvel());
+                let end = self.velocity_at(point, &self.qvel_next);
                 // MuJoCo's reference acceleration removes all of the velocity by its damping.
                 let remaining = (end - now) / seconds + now * damping;
                 required[id] = friction
@@ -128,25 +131,49 @@ impl Flow {
         [stiffness * impedance, damping]
     }
 
-    fn leg_of(&self, geoms: [i32; 2]) -> Option<usize> {
-        let is_foot = |foot: Option<usize>| {
-            foot.is_some_and(|foot| geoms.iter().any(|geom| usize::try_from(*geom) == Ok(foot)))
+    fn point_of(&self, geoms: [i32; 2]) -> Option<Point> {
+        let has = |geom: usize| {
+            geoms
+                .iter()
+                .any(|other| usize::try_from(*other) == Ok(geom))
         };
-        self.at.legs.iter().position(|at| is_foot(at.foot))
+        let is_foot = |at: &LegAddresses| at.foot.is_some_and(has);
+        let foot = self.at.legs.iter().position(is_foot).map(Point::Foot);
+        let body = || self.at.body.iter().find(|point| has(point.geom));
+        foot.or_else(|| body().map(|point| Point::Body(point.place)))
     }
 
-    /// Returns the world velocity of a foot at these generalised velocities \[m/s\].
-    fn foot_velocity_at(&self, leg: usize, qvel: &[f64]) -> Vector3<f64> {
-        let (leg_model, qpos) = (&self.model.legs[leg], self.engine.data().qpos());
+    /// Returns the world velocity of a contact point at these generalised velocities \[m/s\].
+    fn velocity_at(&self, point: Point, qvel: &[f64]) -> Vector3<f64> {
+        let qpos = self.engine.data().qpos();
         let trunk = TrunkFrame::new(&self.model, &self.at, qpos, qvel);
-        let frame = LegFrame::new(
-            leg_model,
-            &self.at.legs[leg],
-            self.model.coordinates,
-            qpos,
-            qvel,
-        );
-        let [foot, speed] = frame.foot(leg_model);
-        trunk.point_velocity(&spatial(foot, leg_model.hip[1]), &spatial(speed, 0.0))
+        let mut frames = [None; LEGS];
+        let leg = match point {
+            Point::Foot(leg) => Some(leg),
+            Point::Body(place) => place.leg(),
+        };
+        if let Some(leg) = leg {
+            let (model, at) = (&self.model.legs[leg], &self.at.legs[leg]);
+            let coordinates = self.model.coordinates;
+            frames[leg] = Some(LegFrame::new(model, at, coordinates, qpos, qvel));
+        }
+        match point {
+            Point::Body(place) => place.motion(&self.model, &trunk, &frames)[1],
+            Point::Foot(leg) => {
+                let model = &self.model.legs[leg];
+                let [foot, speed] =
+                    frames[leg].map_or_else(Default::default, |frame| frame.foot(model));
+                trunk.point_velocity(&spatial(foot, model.hip[1]), &spatial(speed, 0.0))
+            }
+        }
     }
+}
+
+/// Contact point of the robot.
+#[derive(Clone, Copy)]
+enum Point {
+    /// The foot of a leg.
+    Foot(usize),
+    /// A point of trunk or segments.
+    Body(Place),
 }

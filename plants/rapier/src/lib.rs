@@ -4,7 +4,7 @@
 //! ```
 //! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
-//! use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, StartPose};
+//! use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, StartPose};
 //! use twinrig_rapier::{Joints, Options, Rapier};
 //! use twinrig_robot::RobotFile;
 //! use twinrig_runtime::Plant;
@@ -19,6 +19,7 @@
 //!     step: SimDuration::from_millis(2),
 //!     drives: Drives::None,
 //!     abduction: Abduction::Locked,
+//!     contacts: Contacts::Feet,
 //!     set_point: SetPoint::Held,
 //!     start: StartPose { q: [hip, knee, -knee], rates: [0.0; 3] }.into(),
 //! };

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_legged::{
-    DriveModels, Dynamics, FromRobot, LEGS, LegPosture, LeggedPlant, PartFault, Posture, Setup,
-    StepInputs, StepLoad,
+    DriveModels, Dynamics, Friction, FromRobot, LEGS, LegPosture, LeggedPlant, PartFault, Posture,
+    Setup, StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -36,6 +36,7 @@ impl FromRobot for Machine {
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, RapierError> {
         options.setup.check_locked("`rapier`")?;
+        options.setup.check_feet_only("`rapier`")?;
         Self::new(robot, options).map(Box::new)
     }
 }
@@ -77,11 +78,11 @@ impl Dynamics for Machine {
         }
     }
 
-    fn set_friction(&mut self, friction: &[f64; LEGS]) {
-        for (leg, friction) in self.handles.legs.iter().zip(friction) {
+    fn set_friction(&mut self, friction: &Friction) {
+        for (leg, friction) in self.handles.legs.iter().zip(friction.legs) {
             for collider in leg.contact.iter().flatten() {
                 if let Some(collider) = self.world.sets.colliders.get_mut(*collider) {
-                    collider.set_friction(*friction);
+                    collider.set_friction(friction);
                 }
             }
         }

@@ -1,6 +1,6 @@
 use crate::{
-    Actuators, Compliance, JointFriction, Leg, LegMass, LegMount, OneSided, Robot, Servo, Spring,
-    Trunk,
+    Actuators, Compliance, Contact, JointFriction, Leg, LegMass, LegMount, OneSided, Robot, Servo,
+    Spring, Trunk,
 };
 
 impl Leg {
@@ -100,6 +100,12 @@ impl Robot {
             motors: None,
             serial: None,
             friction: 0.6,
+            contact: Some(Contact {
+                stiffness: 10e3,
+                damping: 40.0,
+                toe_region: 0.2e-3,
+                slip_deflection: 0.3e-3,
+            }),
         }
     }
 }

@@ -29,6 +29,8 @@ pub struct Robot {
     pub serial: Option<SerialServo>,
     /// Coulomb coefficient between foot and ground, which a scenario may override \[1\].
     pub friction: f64,
+    /// Contact of trunk, knees and ankles with the ground, if known.
+    pub contact: Option<Contact>,
 }
 
 impl Robot {
@@ -77,7 +79,8 @@ record! {
             }), 3),
             inertia,
         ),
-        /// Length, width and height, for display \[m\].
+        /// Length, width and height of the box about the centre of mass, for display and for contact
+        /// points \[m\].
         pub size: [f64; 3] = Type::new(
             Shape::list(&Shape::One(Accepts::Quantity {
                 unit: Unit::Meter, range: ranges::LENGTH,
@@ -91,6 +94,23 @@ record! {
 }
 
 impl Trunk {
+    /// Returns the corners of the box, relative to the centre of mass \[m\]: fore before hind,
+    /// left before right, the lower four before the upper ones.
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        let [length, width, height] = self.size.map(|size| 0.5 * size);
+        let level = |z: f64| {
+            [
+                (length, width),
+                (length, -width),
+                (-length, width),
+                (-length, -width),
+            ]
+            .map(|(x, y)| [x, y, z])
+        };
+        let [[a, b, c, d], [e, f, g, h]] = [-height, height].map(level);
+        [a, b, c, d, e, f, g, h]
+    }
+
     /// Returns all payloads as one; none without mass.
     pub fn payload(&self) -> Option<Payload> {
         Payload::of(&self.payloads)
@@ -207,6 +227,32 @@ record! {
         pub damping: f64 = quantity(Unit::NewtonSecondPerMeter, ranges::DAMPING),
         /// Depth over which stiffness and damping grow from zero \[m\].
         pub toe_region: f64 = quantity(Unit::Meter, ranges::DEFLECTION),
+    }
+}
+
+record! {
+    /// Contact of the corners of the trunk's box, of knees and of ankles with the ground.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Contact = "[contact]" {
+        /// Stiffness along the normal of the ground, beyond the toe region \[N/m\].
+        pub stiffness: f64 = quantity(Unit::NewtonPerMeter, ranges::STIFFNESS),
+        /// Damping beyond the toe region \[N·s/m\].
+        pub damping: f64 = quantity(Unit::NewtonSecondPerMeter, ranges::DAMPING),
+        /// Depth over which stiffness and damping grow from zero \[m\].
+        pub toe_region: f64 = quantity(Unit::Meter, ranges::DEFLECTION),
+        /// Deflection along the ground at the limit of friction \[m\].
+        pub slip_deflection: f64 = quantity(Unit::Meter, ranges::DEFLECTION),
+    }
+}
+
+impl Contact {
+    /// Returns the element along the normal of the ground.
+    pub const fn element(&self) -> OneSided {
+        OneSided {
+            stiffness: self.stiffness,
+            damping: self.damping,
+            toe_region: self.toe_region,
+        }
     }
 }
 

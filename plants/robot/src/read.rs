@@ -6,7 +6,7 @@ use twinrig_document::declaration::{
 use twinrig_document::{Item, Reported, Table};
 use twinrig_kernel::Unit;
 
-use crate::parameters::{Actuators, Leg, LegMount, Motors, Robot, Trunk, three};
+use crate::parameters::{Actuators, Contact, Leg, LegMount, Motors, Robot, Trunk, three};
 use crate::ranges;
 use crate::serial::SerialServo;
 
@@ -25,6 +25,8 @@ table! {
         "serial servos of hip and knee, if known", "";
     GROUND: Ground = "ground", Ground::TYPE, "ground, unless a scenario has another", "",
         required();
+    CONTACT: Contact = "contact", Contact::TYPE,
+        "contact of trunk, knees and ankles with the ground, if known", "";
 }
 
 table! {
@@ -52,7 +54,7 @@ record! {
 
 /// Reads the robot of a file.
 pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
-    use robot_table::{ACTUATOR, GROUND, LEG, MOTOR, MOUNT, NAME, SERIAL, TABLE, TRUNK};
+    use robot_table::{ACTUATOR, CONTACT, GROUND, LEG, MOTOR, MOUNT, NAME, SERIAL, TABLE, TRUNK};
     let keys = TABLE.of(table);
     let (name, trunk) = (keys.read(&NAME), keys.read(&TRUNK));
     let mut names = Vec::new();
@@ -63,7 +65,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
     let mounts = keys.read_with(&MOUNT, |item| mounts(item, &names));
     let (actuators, motors) = (keys.read(&ACTUATOR), keys.get(&MOTOR));
     let serial = keys.get(&SERIAL);
-    let ground = keys.read(&GROUND);
+    let (ground, contact) = (keys.read(&GROUND), keys.get(&CONTACT));
     let (kinds, mounts) = (kinds?, mounts?);
     for (kind, _) in &kinds {
         if !mounts.iter().any(|mount| mount.kind == kind.value) {
@@ -92,6 +94,7 @@ pub(crate) fn robot(table: &Table<'_>) -> Result<Robot, Reported> {
         motors: motors?,
         serial: serial?,
         friction: ground?.friction,
+        contact: contact?,
     })
 }
 

@@ -6,7 +6,7 @@ mod surface;
 use nalgebra::Vector3;
 use twinrig_contact::Ground;
 use twinrig_kernel::{Direction, SimDuration, SimTime, signal};
-use twinrig_legged::{Abduction, Base, Constraints, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Constraints, Contacts, Drives, SetPoint, Setup, Start};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 
@@ -30,6 +30,7 @@ fn setup(legs: &[&str], ground: Option<Ground>) -> Setup {
         step: SimDuration::from_millis(1),
         drives: Drives::Ideal { period: 5e-3 },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

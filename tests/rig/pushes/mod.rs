@@ -1,7 +1,7 @@
 //! Pushes on trunk and feet: closed forms, balances of momentum and energy, and snapshots, of every
 //! own plant and method.
 
-mod plants;
+pub(crate) mod plants;
 
 use std::f64::consts::PI;
 

@@ -6,7 +6,7 @@ use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_lcp::{Constraints, Features, Lcp, Method};
 use twinrig_legged::{
-    Abduction, Base, Drives, Push, PushShape, PushTarget, SetPoint, Setup, StartPose,
+    Abduction, Base, Contacts, Drives, Push, PushShape, PushTarget, SetPoint, Setup, StartPose,
 };
 use twinrig_massless::{Force, Massless};
 use twinrig_robot::{Robot, RobotFile};
@@ -35,6 +35,7 @@ pub fn in_the_air(legs: &[&str]) -> Setup {
         step: SimDuration::from_millis(1),
         drives: Drives::Ideal { period: 10e-3 },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: StartPose { q, rates: [0.0; 3] }.into(),
     }
@@ -50,10 +51,14 @@ pub fn standing() -> Setup {
 
 /// Builds the plant of a method with all outputs.
 pub fn plant(method: &str, setup: &Setup, pushes: &[Push]) -> Box<dyn Plant> {
-    let robot = cheetah();
+    plant_of(&cheetah(), method, setup, pushes)
+}
+
+/// The same of a robot.
+pub fn plant_of(robot: &Robot, method: &str, setup: &Setup, pushes: &[Push]) -> Box<dyn Plant> {
     let (setup, all) = (setup.clone(), |_: &str| true);
     let massless = |options| {
-        let plant = Massless::new(&robot, &options, &all).unwrap();
+        let plant = Massless::new(robot, &options, &all).unwrap();
         Box::new(plant.with_pushes(pushes, &all).unwrap()) as Box<dyn Plant>
     };
     let lcp = |constraints, method| {
@@ -65,7 +70,7 @@ pub fn plant(method: &str, setup: &Setup, pushes: &[Push]) -> Box<dyn Plant> {
             features: Features::Detected,
             toe: false,
         };
-        let plant = Lcp::new(&robot, &options, &all).unwrap();
+        let plant = Lcp::new(robot, &options, &all).unwrap();
         Box::new(plant.with_pushes(pushes, &all).unwrap()) as Box<dyn Plant>
     };
     match method {

@@ -29,6 +29,8 @@ pub const BODY_RPY: &str = "body/rpy";
 pub const BODY_VELOCITY: &str = "body/velocity";
 /// Angular velocity of the trunk.
 pub const BODY_ANGULAR_VELOCITY: &str = "body/angular_velocity";
+/// Force of the ground on the trunk, world frame; a signal of plants with that contact only.
+pub const BODY_CONTACT_FORCE: &str = "body/contact/force";
 /// Force and torque of pushes on the trunk, world frame, means over the observation window.
 pub const BODY_PUSH_FORCE: &str = "body/push/force";
 /// See [`BODY_PUSH_FORCE`]; without the torque of forces beside the centre of mass.
@@ -64,6 +66,8 @@ pub const FOOT_POSITION: &str = "foot/position";
 pub const FOOT_LOAD: &str = "foot/load";
 /// Force of the ground on the foot, world frame.
 pub const FOOT_FORCE: &str = "foot/force";
+/// Force of the ground on knee and ankle, world frame; a signal of plants with that contact only.
+pub const SEGMENTS_FORCE: &str = "segments/force";
 /// Height of the contact point of the foot above the ground, along its normal.
 pub const FOOT_CLEARANCE: &str = "foot/clearance";
 /// Force of pushes on the foot, world frame, mean over the observation window.
@@ -105,12 +109,13 @@ const fn rate(name: &'static str, unit: Unit, size: usize, of: &'static str) -> 
 }
 
 /// Motion of the trunk.
-pub const BODY: [Standard; 5] = [
+pub const BODY: [Standard; 6] = [
     plain(BODY_POSITION, Unit::Meter, 3),
     plain(BODY_ORIENTATION, Unit::One, 4),
     plain(BODY_RPY, Unit::Radian, 3),
     rate(BODY_VELOCITY, Unit::MeterPerSecond, 3, BODY_POSITION),
     plain(BODY_ANGULAR_VELOCITY, Unit::RadianPerSecond, 3),
+    plain(BODY_CONTACT_FORCE, Unit::Newton, 3),
 ];
 
 /// Energy balance.
@@ -126,7 +131,7 @@ pub const ENERGY: [Standard; 8] = [
 ];
 
 /// Measurements of a leg.
-pub const LEG: [Standard; 15] = [
+pub const LEG: [Standard; 16] = [
     plain(HIP_POSITION, Unit::Radian, 1),
     rate(HIP_RATE, Unit::RadianPerSecond, 1, HIP_POSITION),
     plain(HIP_TORQUE, Unit::NewtonMeter, 1),
@@ -142,6 +147,7 @@ pub const LEG: [Standard; 15] = [
     plain(FOOT_CLEARANCE, Unit::Meter, 1),
     plain(ABDUCTION_POSITION, Unit::Radian, 1),
     plain(ABDUCTION_TORQUE, Unit::NewtonMeter, 1),
+    plain(SEGMENTS_FORCE, Unit::Newton, 3),
 ];
 
 impl Standard {

@@ -136,10 +136,10 @@ pub use pattern::Pattern;
 pub use read::{language, print_duration};
 pub use recovery::{Recovery, TrunkQuantity};
 pub use scenario::{
-    Abduction, Base, BusSpec, ChangeSpec, ControllerSpec, EnsembleSpec, FallSpec, FaultSpec,
-    FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec, Profile,
-    PulseShape, PushLoad, PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting, StartPose,
-    Varied,
+    Abduction, Base, BusSpec, ChangeSpec, Contacts, ControllerSpec, EnsembleSpec, FallSpec,
+    FaultSpec, FootstepSpec, Ground, Heights, IoSpec, LoadThreshold, ObserveSpec, PlantSpec,
+    Profile, PulseShape, PushLoad, PushSite, PushSpec, RecordSpec, Scenario, SensorSpec, Setting,
+    StartPose, Varied,
 };
 pub use scene::{Scene, SensedSignal};
 pub use schema::schema;

@@ -142,6 +142,8 @@ pub struct PlantSpec {
     pub base: Base,
     /// Joints of hip abduction.
     pub abduction: Abduction,
+    /// Parts that have contact with the ground.
+    pub contacts: Contacts,
     /// Simulated legs; none for all legs of the robot.
     pub legs: Option<Vec<Placed<String>>>,
     /// Ground; none if the robot hangs in the air.
@@ -189,6 +191,25 @@ pub enum Abduction {
 impl Words for Abduction {
     const WORDS: &'static [(&'static str, Self)] =
         &[("locked", Abduction::Locked), ("free", Abduction::Free)];
+}
+
+/// Parts that have contact with the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contacts {
+    /// Feet.
+    Feet,
+    /// Feet, and corners of the trunk's box.
+    Trunk,
+    /// Feet, corners of the trunk's box, knees and ankles.
+    All,
+}
+
+impl Words for Contacts {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("feet", Contacts::Feet),
+        ("trunk", Contacts::Trunk),
+        ("all", Contacts::All),
+    ];
 }
 
 /// `[plant] start`: angles and rates of hip, knee and ankle of all legs, each relative to the

@@ -16,7 +16,7 @@ use crate::glob::matches;
 use crate::ground_below::GroundBelow;
 use crate::left_out::LeftOut;
 use crate::pattern::Pattern;
-use crate::scenario::{Base, PushSite, Scenario};
+use crate::scenario::{Base, Contacts, PushSite, Scenario};
 
 /// A scenario reduced to its required parts.
 #[derive(Clone, Debug, PartialEq)]
@@ -258,6 +258,18 @@ impl Scenario {
         }
         if self.plant.ground.is_none() {
             left_out.push(("ground, contacts and their solver", "[plant] has no ground"));
+        } else {
+            match self.plant.contacts {
+                Contacts::Feet => left_out.push((
+                    "contacts of trunk, knees and ankles",
+                    "[plant] contacts = \"feet\"",
+                )),
+                Contacts::Trunk => left_out.push((
+                    "contacts of knees and ankles",
+                    "[plant] contacts = \"trunk\"",
+                )),
+                Contacts::All => {}
+            }
         }
         match self.plant.base {
             Base::Free => {}

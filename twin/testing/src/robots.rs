@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start, StartPose};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start, StartPose};
 use twinrig_robot::{Leg, PointMass, Robot, RobotFile, Servo};
 
 /// Names of all legs.
@@ -66,6 +66,7 @@ pub fn suspended(legs: &[&str], start: impl Into<Start>, step_us: u64) -> Setup 
         step: SimDuration::from_micros(step_us),
         drives: Drives::None,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: start.into(),
     }

@@ -1,6 +1,6 @@
 //! Cheetah-cub's springs, friction and drives at another size.
 
-use twinrig_robot::{Compliance, OneSided, Robot, RobotError, RobotFile, Servo, Spring};
+use twinrig_robot::{Compliance, Contact, OneSided, Robot, RobotError, RobotFile, Servo, Spring};
 
 use crate::quadruped::{Leg, Quadruped};
 
@@ -91,17 +91,32 @@ impl Scale {
         [friction.hip, friction.knee, friction.ankle].map(|friction| friction * scale)
     }
 
-    pub(super) fn compliance(&self) -> Option<Compliance> {
-        let side = |side: OneSided| OneSided {
+    /// Returns the contact of trunk, knees and ankles.
+    pub(super) fn contact(&self) -> Option<Contact> {
+        let base = self.robot.contact?;
+        let element = self.side(base.element());
+        Some(Contact {
+            stiffness: element.stiffness,
+            damping: element.damping,
+            toe_region: element.toe_region,
+            slip_deflection: self.length(base.slip_deflection),
+        })
+    }
+
+    fn side(&self, side: OneSided) -> OneSided {
+        OneSided {
             stiffness: self.stiffness(side.stiffness),
             damping: side.damping * self.mass / self.length.sqrt(),
             toe_region: self.length(side.toe_region),
-        };
+        }
+    }
+
+    pub(super) fn compliance(&self) -> Option<Compliance> {
         let base = self.base.compliance?;
         Some(Compliance {
-            stops: side(base.stops),
-            cable: side(base.cable),
-            sole: side(base.sole),
+            stops: self.side(base.stops),
+            cable: self.side(base.cable),
+            sole: self.side(base.sole),
             slip_deflection: self.length(base.slip_deflection),
         })
     }

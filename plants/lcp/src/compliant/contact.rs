@@ -30,10 +30,10 @@ impl<'a, L> Carriers<'a, L> {
 
 /// Computes the end of the first `links` links.
 #[inline(always)]
-pub(crate) fn end_of<L: Lanes, const N: usize, const P: usize, const A: usize>(
+pub(crate) fn end_of<L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize>(
     legs: &Legs<L, N, A>,
     turns: &Turns<L, N>,
-    state: &State<L, N, P, A>,
+    state: &State<L, N, P, A, B>,
     links: usize,
     carrier: Carriers<'_, L>,
 ) -> End<L> {
@@ -67,13 +67,15 @@ pub(crate) fn end_of<L: Lanes, const N: usize, const P: usize, const A: usize>(
 
 /// Computation of the ends of the first `links` links: positions \[m\] and velocities \[m/s\],
 /// world frame.
-pub(crate) struct Ends<'a, const N: usize, const P: usize, const A: usize> {
+pub(crate) struct Ends<'a, const N: usize, const P: usize, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<N, A>,
-    pub(crate) state: &'a State<Quad, N, P, A>,
+    pub(crate) state: &'a State<Quad, N, P, A, B>,
     pub(crate) links: usize,
 }
 
-impl<const N: usize, const P: usize, const A: usize> Kernel for Ends<'_, N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize> Kernel
+    for Ends<'_, N, P, A, B>
+{
     type Output = [[Quad; 3]; 2];
 
     #[inline(always)]

@@ -7,6 +7,7 @@ use twinrig_compliant::{Below, Depths, DriveLaws, TrunkMotion, Turns, broadcast}
 use twinrig_legged::{Base, Stored};
 use twinrig_robot::{GRAVITY, Payload};
 
+use super::body::Body;
 use super::carrier::{Carried, Carrier};
 use super::contact::{Carriers, end_of};
 use super::elimination::PLANE;
@@ -25,12 +26,14 @@ fn payload_terms(payload: &Payload, trunk: &TrunkMotion) -> [f64; 2] {
 }
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
-pub(crate) struct StoredEnergy<'a, const N: usize, const P: usize, const A: usize> {
+pub(crate) struct StoredEnergy<'a, const N: usize, const P: usize, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<N, A>,
-    pub(crate) state: &'a State<Quad, N, P, A>,
+    pub(crate) state: &'a State<Quad, N, P, A, B>,
 }
 
-impl<const N: usize, const P: usize, const A: usize> Kernel for StoredEnergy<'_, N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize> Kernel
+    for StoredEnergy<'_, N, P, A, B>
+{
     type Output = Stored;
 
     #[inline(always)]
@@ -121,7 +124,7 @@ impl<const N: usize, const P: usize, const A: usize> Kernel for StoredEnergy<'_,
     }
 }
 
-impl<const N: usize, const P: usize, const A: usize> StoredEnergy<'_, N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize> StoredEnergy<'_, N, P, A, B> {
     /// Returns the energy of springs and elements, by leg.
     #[inline(always)]
     fn springs<S: Simd>(
@@ -129,7 +132,7 @@ impl<const N: usize, const P: usize, const A: usize> StoredEnergy<'_, N, P, A> {
         simd: S,
         legs: &Legs<S::Lanes, N, A>,
         turns: &Turns<S::Lanes, N>,
-        state: &State<S::Lanes, N, P, A>,
+        state: &State<S::Lanes, N, P, A, B>,
         trunk: &TrunkMotion,
     ) -> S::Lanes {
         let has_cable = self.model.drives != DriveLaws::None;
@@ -145,18 +148,31 @@ impl<const N: usize, const P: usize, const A: usize> StoredEnergy<'_, N, P, A> {
                 let depth = -Below::new(simd, ground, trunk, &point).gap;
                 energy += legs.sole.energy(depth, state.bristles[p]);
             }
+            energy += Body {
+                simd,
+                legs,
+                turns,
+                state,
+                ground,
+                trunk,
+                carriers,
+                is_free: self.model.base != Base::Fixed,
+            }
+            .energy(self.model);
         }
         energy
     }
 }
 
 /// Computation of depths and rates of all elements.
-pub(crate) struct Elements<'a, const N: usize, const P: usize, const A: usize> {
+pub(crate) struct Elements<'a, const N: usize, const P: usize, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<N, A>,
-    pub(crate) state: &'a State<Quad, N, P, A>,
+    pub(crate) state: &'a State<Quad, N, P, A, B>,
 }
 
-impl<const N: usize, const P: usize, const A: usize> Kernel for Elements<'_, N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize> Kernel
+    for Elements<'_, N, P, A, B>
+{
     type Output = ElementMotion;
 
     #[inline(always)]
@@ -185,6 +201,17 @@ impl<const N: usize, const P: usize, const A: usize> Kernel for Elements<'_, N, 
                 let rate = -below.gap_rate(point.velocity);
                 motion.set(GROUND + p, count, -below.gap, rate);
             }
+            Body {
+                simd,
+                legs: &legs,
+                turns: &turns,
+                state: &state,
+                ground,
+                trunk: &trunk,
+                carriers,
+                is_free: model.base != Base::Fixed,
+            }
+            .elements(model, count, &mut motion);
         }
         motion
     }

@@ -1,16 +1,16 @@
 //! The compliant model as the equations of motion of a plant.
 
-use twinrig_compliant::events::{ELEMENTS, ElementMotion, INSIDE_NAMES};
+use twinrig_compliant::events::{BODY_NAMES, ELEMENTS, ElementMotion, INSIDE_NAMES};
 use twinrig_compliant::frame::{into_trunk, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
-    AbductionJoints, AbductionState, DriveLaws, DriveState, Equations, Flow, JointState,
-    SavedCompliant, Step, StepError, TrunkState,
+    AbductionJoints, AbductionState, BodyContact, BodyPoints, DriveLaws, DriveState, Equations,
+    Flow, JointState, SavedCompliant, Step, StepError, TrunkState,
 };
 use twinrig_contact::Surface;
 use twinrig_kernel::signal;
 use twinrig_legged::{
-    DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
+    DriveModels, FootMotion, Friction, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::PlantState;
@@ -28,10 +28,13 @@ use crate::model::state::State as RigidState;
 use crate::options::{LcpError, Options};
 
 /// Equations and state of the plant.
-pub(crate) type CompliantFlow<const N: usize, const P: usize, const A: usize> =
-    Flow<CompliantEquations<N, P, A>>;
+pub(crate) type CompliantFlow<const N: usize, const P: usize, const A: usize, const B: usize> =
+    Flow<CompliantEquations<N, P, A, B>>;
 
-impl<const N: usize, const P: usize, const A: usize> Formulation for CompliantFlow<N, P, A> {}
+impl<const N: usize, const P: usize, const A: usize, const B: usize> Formulation
+    for CompliantFlow<N, P, A, B>
+{
+}
 
 impl From<SavedCompliant> for SavedFormulation {
     fn from(saved: SavedCompliant) -> Self {
@@ -51,15 +54,16 @@ impl TryFrom<SavedFormulation> for SavedCompliant {
 }
 
 /// Builds the compliant flow in the start state.
-pub(crate) fn initial<const N: usize, const P: usize, const A: usize>(
+pub(crate) fn initial<const N: usize, const P: usize, const A: usize, const B: usize>(
     robot: &Robot,
     options: &Options,
     joints: [AbductionJoints<Quad>; A],
-) -> Result<CompliantFlow<N, P, A>, LcpError> {
+    body: [BodyPoints<Quad>; B],
+) -> Result<CompliantFlow<N, P, A, B>, LcpError> {
     let model = Model::<N>::new(robot, &options.setup)?;
     let state = start_state(&model, robot, options)?;
     let compliances = options.setup.compliances(robot)?;
-    let model = CompliantModel::new(model, &compliances, joints);
+    let model = CompliantModel::new(model, &compliances, joints, body.first().copied());
     Ok(Flow::new(
         CompliantEquations::new(model),
         compliant_state(&state),
@@ -73,9 +77,9 @@ fn quad(lanes: Lanes) -> Quad {
 }
 
 /// Returns a state of the rigid model with relaxed soles.
-pub(crate) fn compliant_state<const N: usize, const P: usize, const A: usize>(
+pub(crate) fn compliant_state<const N: usize, const P: usize, const A: usize, const B: usize>(
     rigid: &RigidState<Lanes, N>,
-) -> State<Quad, N, P, A> {
+) -> State<Quad, N, P, A, B> {
     State {
         position: Quad::of_three(rigid.position),
         attitude: Quad(rigid.attitude),
@@ -87,12 +91,15 @@ pub(crate) fn compliant_state<const N: usize, const P: usize, const A: usize>(
         pulley_rate: quad(rigid.pulley_rate),
         bristles: [[Quad::splat(0.0); 2]; P],
         abduction: [JointState::AT_REST; A],
+        body: [BodyContact::RELAXED; B],
     }
 }
 
-impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize>
+    CompliantEquations<N, P, A, B>
+{
     /// Returns the motion of the ends of the first `links` links.
-    fn ends(&self, state: &State<Quad, N, P, A>, links: usize) -> [FootMotion; LEGS] {
+    fn ends(&self, state: &State<Quad, N, P, A, B>, links: usize) -> [FootMotion; LEGS] {
         let model = &self.model;
         let ends = Ends {
             model,
@@ -107,7 +114,7 @@ impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A>
     }
 
     /// Returns the state in a posture, with toes without load.
-    fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P, A> {
+    fn with_relaxed_toes(&self, posture: &Posture) -> State<Quad, N, P, A, B> {
         let zero = Quad::splat(0.0);
         let upright = rotation(posture.attitude);
         let mut state = State {
@@ -121,6 +128,7 @@ impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A>
             pulley_rate: zero,
             bristles: [[zero; 2]; P],
             abduction: [JointState::AT_REST; A],
+            body: [BodyContact::RELAXED; B],
         };
         let legs = self.model.rigid.legs.iter().zip(&posture.legs);
         for (i, (leg, (_, from))) in legs.enumerate() {
@@ -136,9 +144,11 @@ impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A>
     }
 }
 
-impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEquations<N, P, A> {
-    type State = State<Quad, N, P, A>;
-    type Slope = Slope<Quad, N, P, A>;
+impl<const N: usize, const P: usize, const A: usize, const B: usize> Equations
+    for CompliantEquations<N, P, A, B>
+{
+    type State = State<Quad, N, P, A, B>;
+    type Slope = Slope<Quad, N, P, A, B>;
     type Saved = SavedFormulation;
 
     fn name(&self) -> &'static str {
@@ -159,8 +169,8 @@ impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEqua
         &self.hip_references
     }
 
-    fn set_friction(&mut self, friction: &[f64; LEGS]) {
-        self.model.legs.sole.set_friction(friction);
+    fn set_friction(&mut self, friction: &Friction) {
+        self.model.set_friction(friction);
     }
 
     fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError> {
@@ -185,7 +195,22 @@ impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEqua
 
     fn element_names(&self) -> [&'static str; ELEMENTS] {
         let [a, b, c, d, e, f] = INSIDE_NAMES;
-        [a, b, c, d, e, f, "ground", "toe", "abduction"]
+        let [knee, ankle, lower, upper] = BODY_NAMES;
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            "ground",
+            "toe",
+            "abduction",
+            knee,
+            ankle,
+            lower,
+            upper,
+        ]
     }
 
     fn leg_name(&self, leg: usize) -> &str {
@@ -209,6 +234,10 @@ impl<const N: usize, const P: usize, const A: usize> Equations for CompliantEqua
     fn abduction(&self, state: &Self::State) -> Option<AbductionState> {
         let (joints, state) = (self.model.legs.joints.first()?, state.abduction.first()?);
         Some(joints.state(state))
+    }
+
+    fn body_contact<'a>(&self, state: &'a Self::State) -> Option<&'a BodyContact<Quad>> {
+        state.body.first()
     }
 
     #[inline]

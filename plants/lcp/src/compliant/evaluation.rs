@@ -8,7 +8,14 @@ use super::model::{CompliantModel, Legs};
 use super::state::State;
 
 /// Right-hand side in a state, to be called from several places.
-pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize, const A: usize> {
+pub(crate) struct Evaluation<
+    'a,
+    S: Simd,
+    const N: usize,
+    const P: usize,
+    const A: usize,
+    const B: usize,
+> {
     pub(crate) simd: S,
     pub(crate) model: &'a CompliantModel<N, A>,
     pub(crate) legs: &'a Legs<S::Lanes, N, A>,
@@ -16,7 +23,7 @@ pub(crate) struct Evaluation<'a, S: Simd, const N: usize, const P: usize, const 
     pub(crate) time: f64,
     /// Load of pushes, if any.
     pub(crate) load: Option<&'a StepLoad>,
-    pub(crate) state: &'a State<S::Lanes, N, P, A>,
+    pub(crate) state: &'a State<S::Lanes, N, P, A, B>,
     /// Joints at the limit of their torque, once they are known.
     pub(crate) limits: Option<Limits<S::Lanes>>,
 }

@@ -18,20 +18,29 @@ pub(super) struct Equations<L: Lanes, const N: usize> {
     pub(super) off_plane: OffPlane<L>,
     /// Joints of abduction, if legs have them.
     pub(super) joint: Option<LegJoint<L>>,
-    /// Force and torque of pushes on the trunk.
-    pub(super) push: Option<[f64; 6]>,
+    /// Force and torque of pushes and of the ground on the trunk.
+    pub(super) on_trunk: Option<[f64; 6]>,
 }
 
 impl<L: Lanes, const N: usize> Equations<L, N> {
     /// Returns the carriers of the legs.
     #[inline(always)]
-    fn carriers<'a>(&'a self, trunk: &'a TrunkMotion) -> Carriers<'a, L> {
+    pub(super) fn carriers<'a>(&'a self, trunk: &'a TrunkMotion) -> Carriers<'a, L> {
         Carriers::new(self.joint.as_ref().map(|joint| &joint.frame), trunk)
+    }
+
+    /// Adds a force and a torque on the trunk.
+    #[inline(always)]
+    pub(super) fn add_on_trunk(&mut self, wrench: [f64; 6]) {
+        let sum = self.on_trunk.get_or_insert([0.0; 6]);
+        for (sum, part) in sum.iter_mut().zip(wrench) {
+            *sum += part;
+        }
     }
 }
 
-impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize>
-    Evaluation<'_, S, N, P, A>
+impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize>
+    Evaluation<'_, S, N, P, A, B>
 {
     #[inline(always)]
     pub(super) fn equations<const FREE: bool>(
@@ -64,7 +73,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
                 share: carried.share,
                 off_plane: carried.off_plane,
                 joint,
-                push: None,
+                on_trunk: None,
             };
         }
         let mut torques = *rates;
@@ -98,7 +107,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
                 spread: [zero; 3],
             },
             joint: None,
-            push: None,
+            on_trunk: None,
         }
     }
 
@@ -124,7 +133,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
 
     /// Adds a force in trunk axes on the end of the first `links` links.
     #[inline(always)]
-    fn add_force<const FREE: bool>(
+    pub(super) fn add_force<const FREE: bool>(
         &self,
         turns: &Turns<L, N>,
         links: usize,
@@ -166,7 +175,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         let carriers = equations.carriers(trunk);
         let foot = end_of(self.legs, turns, self.state, 3, carriers);
         self.add_force::<FREE>(turns, 3, &foot, pushed.feet, equations);
-        equations.push = FREE.then_some(pushed.trunk);
+        if FREE {
+            equations.add_on_trunk(pushed.trunk);
+        }
         pushed.power(self.simd, foot.point.velocity, trunk)
     }
 }

@@ -7,8 +7,8 @@ use super::evaluation::{Evaluation, Limits};
 use super::solution::Solution;
 use super::state::Slope;
 
-impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize>
-    Evaluation<'_, S, N, P, A>
+impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize>
+    Evaluation<'_, S, N, P, A, B>
 {
     /// Returns the joints of abduction whose servos need a torque beyond its limit, if there are
     /// servos with a limit.
@@ -34,7 +34,10 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
     /// Returns the slope with the joints of abduction at the limit of their torque, if they differ
     /// from those assumed, of legs whose hips have no such limit.
     #[inline(always)]
-    pub(super) fn limit_abduction(&self, solution: &Solution<L, N>) -> Option<Slope<L, N, P, A>> {
+    pub(super) fn limit_abduction(
+        &self,
+        solution: &Solution<L, N>,
+    ) -> Option<Slope<L, N, P, A, B>> {
         let limits = match self.limits {
             None => {
                 let abduction = self.beyond(solution).filter(Limited::any)?;

@@ -1,6 +1,7 @@
 //! Compliant constraints.
 
 mod abduction;
+mod body;
 mod carrier;
 mod contact;
 mod elimination;

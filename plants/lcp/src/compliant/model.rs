@@ -2,10 +2,10 @@
 
 use twinrig_compliant::lanes::{LANES, Lanes, Quad, Simd};
 use twinrig_compliant::{
-    AbductionJoints, DriveLaws, Element, LegFrame, PantographConstants, Pantographs, Sole,
-    StepControl, TrunkMotion,
+    AbductionJoints, BodyPoints, DriveLaws, Element, LegFrame, PantographConstants, Pantographs,
+    Sole, StepControl, TrunkMotion,
 };
-use twinrig_legged::Base;
+use twinrig_legged::{Base, Friction};
 use twinrig_robot::{Compliance, GRAVITY, Payload};
 
 use super::state::State;
@@ -46,6 +46,8 @@ pub(crate) struct CompliantModel<const N: usize, const A: usize> {
     pub(crate) payload: Option<Payload>,
     pub(crate) legs: Legs<Quad, N, A>,
     pub(crate) drives: DriveLaws,
+    /// Contact points of trunk, knees and ankles, if they have contact.
+    pub(crate) body: Option<BodyPoints<Quad>>,
     /// Radius of an angle in the error \[m\].
     pub(crate) radius: f64,
     /// Height by which a unit of work lifts the robot, times its weight in the error \[m/J\].
@@ -53,11 +55,13 @@ pub(crate) struct CompliantModel<const N: usize, const A: usize> {
 }
 
 impl<const N: usize, const A: usize> CompliantModel<N, A> {
-    /// Adds the compliances of the legs, and their joints of abduction, to the rigid model.
+    /// Adds the compliances of the legs, their joints of abduction, and contact points to the rigid
+    /// model.
     pub(crate) fn new(
         model: Model<N>,
         compliances: &[Compliance],
         joints: [AbductionJoints<Quad>; A],
+        body: Option<BodyPoints<Quad>>,
     ) -> Self {
         let friction = model.ground.as_ref().map_or(0.0, |ground| ground.friction);
         let mut constants: Vec<_> = model.legs.iter().map(|leg| leg.constants).collect();
@@ -76,9 +80,18 @@ impl<const N: usize, const A: usize> CompliantModel<N, A> {
             payload: model.trunk.payload,
             legs: Legs::side_by_side(&constants, compliances, friction, joints),
             drives: DriveLaws::from(model.drives.as_ref()),
+            body,
             radius: 0.5 * model.reach,
             work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * model.trunk.mass),
             rigid: model,
+        }
+    }
+
+    /// Sets the coefficients of friction.
+    pub(crate) fn set_friction(&mut self, friction: &Friction) {
+        self.legs.sole.set_friction(&friction.legs);
+        if let Some(body) = &mut self.body {
+            body.set_friction(&friction.legs, friction.trunk);
         }
     }
 }
@@ -143,9 +156,9 @@ impl<const N: usize, const A: usize> Legs<Quad, N, A> {
 impl<L: Lanes, const N: usize, const A: usize> Legs<L, N, A> {
     /// Returns the frames that carry the legs, if they have joints of abduction.
     #[inline(always)]
-    pub(crate) fn frame<const P: usize>(
+    pub(crate) fn frame<const P: usize, const B: usize>(
         &self,
-        state: &State<L, N, P, A>,
+        state: &State<L, N, P, A, B>,
         trunk: &TrunkMotion,
     ) -> Option<LegFrame<L>> {
         let (joints, motion) = (self.joints.first()?, state.abduction.first()?);
@@ -172,13 +185,16 @@ impl<const N: usize> Constants<f64, N> {
 
 /// Equations of legs with `N` links and `P` contact points.
 #[derive(Debug, Clone)]
-pub(crate) struct CompliantEquations<const N: usize, const P: usize, const A: usize> {
+pub(crate) struct CompliantEquations<const N: usize, const P: usize, const A: usize, const B: usize>
+{
     pub(crate) model: CompliantModel<N, A>,
     /// Angles of the hips at the input zero \[rad\].
     pub(super) hip_references: Vec<f64>,
 }
 
-impl<const N: usize, const P: usize, const A: usize> CompliantEquations<N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize>
+    CompliantEquations<N, P, A, B>
+{
     pub(crate) fn new(model: CompliantModel<N, A>) -> Self {
         let legs = model.rigid.legs.iter();
         Self {

@@ -3,8 +3,8 @@
 use twinrig_compliant::events::EventLog;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
 use twinrig_compliant::{
-    Commands, DriveLaws, Fastest, Flows, Missed, NoMode, Step, StepControl, StepError, Substep,
-    System,
+    BodyContact, Commands, DriveLaws, Fastest, Flows, Missed, NoMode, Step, StepControl, StepError,
+    Substep, System,
 };
 use twinrig_legged::StepLoad;
 
@@ -14,19 +14,21 @@ use super::model::{CompliantEquations, CompliantModel, Legs};
 use super::state::{Slope, State};
 
 /// Step of the model in memory.
-pub(crate) struct Advance<'a, const N: usize, const P: usize, const A: usize> {
+pub(crate) struct Advance<'a, const N: usize, const P: usize, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<N, A>,
-    pub(crate) step: Step<'a, CompliantEquations<N, P, A>>,
+    pub(crate) step: Step<'a, CompliantEquations<N, P, A, B>>,
 }
 
-impl<const N: usize, const P: usize, const A: usize> Kernel for Advance<'_, N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize> Kernel
+    for Advance<'_, N, P, A, B>
+{
     type Output = Result<(), StepError>;
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
         let load = |quad: Quad| simd.load(quad);
         let step = self.step;
-        let mut motion = Motion::<S, N, P, A> {
+        let mut motion = Motion::<S, N, P, A, B> {
             simd,
             model: self.model,
             legs: self.model.legs.load(simd),
@@ -49,10 +51,10 @@ impl<const N: usize, const P: usize, const A: usize> Kernel for Advance<'_, N, P
 
 /// Returns a sum of slopes, each times its seconds.
 #[inline(always)]
-fn sum<L: Lanes, const N: usize, const P: usize, const A: usize, const M: usize>(
-    slopes: [&Slope<L, N, P, A>; M],
+fn sum<L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize, const M: usize>(
+    slopes: [&Slope<L, N, P, A, B>; M],
     seconds: [f64; M],
-) -> State<L, N, P, A> {
+) -> State<L, N, P, A, B> {
     let mut sum = slopes[0].state.map(|rate| rate * seconds[0]);
     for j in 1..M {
         sum = sum.zip(&slopes[j].state, |sum, rate| sum + rate * seconds[j]);
@@ -61,7 +63,7 @@ fn sum<L: Lanes, const N: usize, const P: usize, const A: usize, const M: usize>
 }
 
 /// The model in lanes.
-struct Motion<'a, S: Simd, const N: usize, const P: usize, const A: usize> {
+struct Motion<'a, S: Simd, const N: usize, const P: usize, const A: usize, const B: usize> {
     simd: S,
     model: &'a CompliantModel<N, A>,
     legs: Legs<S::Lanes, N, A>,
@@ -72,9 +74,11 @@ struct Motion<'a, S: Simd, const N: usize, const P: usize, const A: usize> {
     log: &'a mut EventLog,
 }
 
-impl<S: Simd, const N: usize, const P: usize, const A: usize> System for Motion<'_, S, N, P, A> {
-    type State = State<S::Lanes, N, P, A>;
-    type Slope = Slope<S::Lanes, N, P, A>;
+impl<S: Simd, const N: usize, const P: usize, const A: usize, const B: usize> System
+    for Motion<'_, S, N, P, A, B>
+{
+    type State = State<S::Lanes, N, P, A, B>;
+    type Slope = Slope<S::Lanes, N, P, A, B>;
     type Mode = NoMode<Self::State, Self::Slope, S::Lanes>;
 
     #[inline(always)]
@@ -125,6 +129,7 @@ impl<S: Simd, const N: usize, const P: usize, const A: usize> System for Motion<
             pulley_rate,
             bristles,
             abduction,
+            body,
         } = sum(slopes, seconds).map(S::Lanes::abs);
         let (mut angle, mut rate) = (attitude + attitude, turning);
         for i in 0..N {
@@ -140,6 +145,10 @@ impl<S: Simd, const N: usize, const P: usize, const A: usize> System for Motion<
         let mut lengths = (angle * radius).max(position);
         for bristle in bristles {
             lengths = lengths.max((bristle[0] + bristle[1]) * StepControl::BRISTLE_WEIGHT);
+        }
+        for contact in body {
+            let deflection = contact.greatest_deflection();
+            lengths = lengths.max(deflection * StepControl::BRISTLE_WEIGHT);
         }
         if self.are_held && substep > StepControl::SHORT {
             let work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
@@ -158,6 +167,7 @@ impl<S: Simd, const N: usize, const P: usize, const A: usize> System for Motion<
             let mut members = Vec::new();
             b.zip(a, |b, a| b - a)
                 .map(|lanes| members.push(lanes.quad()));
+            members.truncate(members.len() - B * BodyContact::<Quad>::OF_TRUNK);
             members
         };
         let slopes = slopes.map(|slope| &slope.state);

@@ -4,7 +4,7 @@ use twinrig_compliant::events::{ABDUCTION, GROUND, if_compressed};
 use twinrig_compliant::frame::{into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::{
-    DriveLaws, Flows, Internal, JointState, Limited, Resistance, TrunkMotion, Turns,
+    BodyContact, DriveLaws, Flows, Internal, JointState, Limited, Resistance, TrunkMotion, Turns,
 };
 use twinrig_legged::Base;
 
@@ -15,7 +15,7 @@ use super::solution::Solution;
 use super::state::{Slope, State};
 
 /// Everything that does not depend on the drives.
-struct Setting<L: Lanes, const N: usize, const P: usize> {
+struct Setting<L: Lanes, const N: usize, const P: usize, const B: usize> {
     trunk: TrunkMotion,
     internal: Internal<L, N>,
     equations: Equations<L, N>,
@@ -23,6 +23,7 @@ struct Setting<L: Lanes, const N: usize, const P: usize> {
     external: L,
     dissipated: L,
     bristles: [[L; 2]; P],
+    body: [BodyContact<L>; B],
     /// World frame \[N\].
     ground: [L; 3],
     /// Compressed elements.
@@ -35,8 +36,10 @@ fn four<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> S::Lanes {
     simd.load(Quad([x, y, z, 0.0]))
 }
 
-impl<S: Simd, const N: usize, const P: usize, const A: usize> Task for Evaluation<'_, S, N, P, A> {
-    type Output = Slope<S::Lanes, N, P, A>;
+impl<S: Simd, const N: usize, const P: usize, const A: usize, const B: usize> Task
+    for Evaluation<'_, S, N, P, A, B>
+{
+    type Output = Slope<S::Lanes, N, P, A, B>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -49,12 +52,12 @@ impl<S: Simd, const N: usize, const P: usize, const A: usize> Task for Evaluatio
     }
 }
 
-impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize>
-    Evaluation<'_, S, N, P, A>
+impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize>
+    Evaluation<'_, S, N, P, A, B>
 {
     /// Returns the slope: each kind of drive in a branch of its own, with its values in registers.
     #[inline(always)]
-    fn slope<const FREE: bool>(&self) -> Slope<L, N, P, A> {
+    fn slope<const FREE: bool>(&self) -> Slope<L, N, P, A, B> {
         let [hip, knee] = self.commands.at(self.time);
         match (&self.model.drives, self.limits) {
             (DriveLaws::None, _) => {
@@ -137,7 +140,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
 
     /// Returns the acceleration of the pulley under its servo and its load.
     #[inline(always)]
-    fn winding(&self, set_point: L, setting: &Setting<L, N, P>) -> L {
+    fn winding(&self, set_point: L, setting: &Setting<L, N, P, B>) -> L {
         let (state, load) = (
             self.state,
             self.legs.pantographs.pulley_radius * setting.internal.tension,
@@ -165,7 +168,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
 
     /// Returns everything but the drives.
     #[inline(always)]
-    fn setting<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P> {
+    fn setting<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P, B> {
         let (legs, state) = (self.legs, self.state);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
@@ -184,6 +187,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         }
         let zero = dissipated.zero();
         let (mut bristles, mut ground) = ([[zero; 2]; P], [zero; 3]);
+        let mut body = [BodyContact::all(zero); B];
         if let Some(terrain) = &self.model.rigid.ground {
             for p in 0..P {
                 let foot = self.stand::<FREE>(terrain, &turns, &trunk, p, &mut equations);
@@ -193,6 +197,12 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
                 for i in 0..3 {
                     ground[i] += foot.force_in_world[i];
                 }
+            }
+            if B > 0 {
+                let lying = self.lie::<FREE>(terrain, &turns, &trunk, &mut equations);
+                body = lying.rates;
+                dissipated += lying.dissipated;
+                compressed += lying.compressed;
             }
         }
         let mut external = zero;
@@ -206,6 +216,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
             external,
             dissipated,
             bristles,
+            body,
             ground,
             compressed,
         }
@@ -214,10 +225,10 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
     #[inline(always)]
     fn slope_of<const FREE: bool>(
         &self,
-        setting: &Setting<L, N, P>,
+        setting: &Setting<L, N, P, B>,
         solution: &Solution<L, N>,
         pulley_acceleration: L,
-    ) -> Slope<L, N, P, A> {
+    ) -> Slope<L, N, P, A, B> {
         let (simd, state, trunk) = (self.simd, self.state, &setting.trunk);
         let tension = setting.internal.tension;
         let knee = self.legs.pantographs.pulley_radius * tension;
@@ -256,6 +267,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
                 pulley_rate: pulley_acceleration,
                 bristles: setting.bristles,
                 abduction,
+                body: setting.body,
             },
             flows: Flows {
                 actuator,

@@ -26,8 +26,8 @@ struct BaseMotion<L> {
     joint: Option<JointMotion<L>>,
 }
 
-impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize>
-    Evaluation<'_, S, N, P, A>
+impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize>
+    Evaluation<'_, S, N, P, A, B>
 {
     /// Solves with the acceleration of the hips imposed.
     #[inline(always)]
@@ -178,7 +178,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         if let Some(payload) = &model.payload {
             system.carry(payload, field, trunk.turning);
         }
-        if let Some(push) = equations.push {
+        if let Some(push) = equations.on_trunk {
             for (force, push) in system.force.iter_mut().zip(push) {
                 *force += push;
             }
@@ -222,7 +222,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         }
         let body = (model.trunk_mass, moment, inertia);
         system.add_trunk(body, trunk.field, trunk.turning);
-        if let Some(push) = equations.push {
+        if let Some(push) = equations.on_trunk {
             system.push(push);
         }
         let accelerations = system.solve(model.base);

@@ -1,12 +1,12 @@
 //! State of the compliant model, and its time derivative.
 
 use twinrig_compliant::lanes::{Lanes, Quad, Simd};
-use twinrig_compliant::{Flows, JointState, Joints};
+use twinrig_compliant::{BodyContact, Flows, JointState, Joints};
 
 /// Positions and velocities of trunk, links and pulleys, with `N` links and `P` contact points a
 /// leg. `T` is [`Quad`] in memory, or lanes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct State<T, const N: usize, const P: usize, const A: usize> {
+pub(crate) struct State<T, const N: usize, const P: usize, const A: usize, const B: usize> {
     /// Position of the trunk's own centre of mass, world frame \[m\].
     pub(crate) position: T,
     /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world, of any length.
@@ -24,21 +24,23 @@ pub(crate) struct State<T, const N: usize, const P: usize, const A: usize> {
     pub(crate) bristles: [[T; 2]; P],
     /// Joints of abduction, if legs have them.
     pub(crate) abduction: [JointState<T>; A],
+    /// Contact of trunk, knees and ankles, if they have any.
+    pub(crate) body: [BodyContact<T>; B],
 }
 
 /// Time derivative of a state, with powers and forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slope<T, const N: usize, const P: usize, const A: usize> {
-    pub(crate) state: State<T, N, P, A>,
+pub(crate) struct Slope<T, const N: usize, const P: usize, const A: usize, const B: usize> {
+    pub(crate) state: State<T, N, P, A, B>,
     pub(crate) flows: Flows<T>,
     /// Compressed elements.
     pub(crate) compressed: T,
 }
 
-impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> {
+impl<T: Copy, const N: usize, const P: usize, const A: usize, const B: usize> State<T, N, P, A, B> {
     /// Applies a function to all members.
     #[inline(always)]
-    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P, A> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, N, P, A, B> {
         // The trunk first, as the search for the fastest leg requires.
         let (position, attitude) = (of(self.position), of(self.attitude));
         let (velocity, turning) = (of(self.velocity), of(self.turning));
@@ -62,6 +64,7 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
             pulley_rate: of(self.pulley_rate),
             bristles,
             abduction: JointState::map_each(&self.abduction, position, &mut of),
+            body: BodyContact::map_each(&self.body, position, &mut of),
         }
     }
 
@@ -69,7 +72,7 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
     #[inline(always)]
     pub(crate) fn zip<U: Copy>(
         &self,
-        other: &State<U, N, P, A>,
+        other: &State<U, N, P, A, B>,
         mut of: impl FnMut(T, U) -> T,
     ) -> Self {
         let mut next = *self;
@@ -91,14 +94,17 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> State<T, N, P, A> 
         for i in 0..A {
             next.abduction[i] = self.abduction[i].zip(&other.abduction[i], &mut of);
         }
+        for i in 0..B {
+            next.body[i] = self.body[i].zip(&other.body[i], &mut of);
+        }
         next
     }
 }
 
-impl<T: Copy, const N: usize, const P: usize, const A: usize> Slope<T, N, P, A> {
+impl<T: Copy, const N: usize, const P: usize, const A: usize, const B: usize> Slope<T, N, P, A, B> {
     /// Applies a function to all members.
     #[inline(always)]
-    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P, A> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> Slope<U, N, P, A, B> {
         Slope {
             state: self.state.map(&mut of),
             flows: self.flows.map(&mut of),
@@ -107,21 +113,23 @@ impl<T: Copy, const N: usize, const P: usize, const A: usize> Slope<T, N, P, A> 
     }
 }
 
-impl<const N: usize, const P: usize, const A: usize> State<Quad, N, P, A> {
+impl<const N: usize, const P: usize, const A: usize, const B: usize> State<Quad, N, P, A, B> {
     #[inline(always)]
-    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, N, P, A> {
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, N, P, A, B> {
         self.map(|quad| simd.load(quad))
     }
 }
 
-impl<L: Lanes, const N: usize, const P: usize, const A: usize> State<L, N, P, A> {
+impl<L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize>
+    State<L, N, P, A, B>
+{
     #[inline(always)]
-    pub(crate) fn store(&self) -> State<Quad, N, P, A> {
+    pub(crate) fn store(&self) -> State<Quad, N, P, A, B> {
         self.map(L::quad)
     }
 }
 
-impl<L: Copy, const N: usize, const P: usize, const A: usize> State<L, N, P, A> {
+impl<L: Copy, const N: usize, const P: usize, const A: usize, const B: usize> State<L, N, P, A, B> {
     /// Returns the motion of links and pulleys.
     #[inline(always)]
     pub(crate) fn joints(&self) -> Joints<'_, L, N> {

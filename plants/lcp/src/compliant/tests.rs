@@ -33,9 +33,9 @@ fn compliant<const N: usize, const P: usize>(
     compliance: Compliance,
     tolerance: f64,
     features: Features,
-) -> CompliantFlow<N, P, 0> {
+) -> CompliantFlow<N, P, 0, 0> {
     let compliances = vec![compliance; rigid.model.legs.len()];
-    let model = CompliantModel::new(rigid.model.clone(), &compliances, []);
+    let model = CompliantModel::new(rigid.model.clone(), &compliances, [], None);
     let state = compliant_state(&rigid.run.state);
     CompliantFlow::new(CompliantEquations::new(model), state, tolerance, features)
 }
@@ -65,7 +65,9 @@ fn rigid_slope<const N: usize>(flow: &Flow<N>) -> Vec<f64> {
     numbers
 }
 
-fn compliant_slope<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P, 0>) -> Vec<f64> {
+fn compliant_slope<const N: usize, const P: usize>(
+    flow: &mut CompliantFlow<N, P, 0, 0>,
+) -> Vec<f64> {
     flow.update_slope();
     let slope = flow.slope.unwrap();
     let mut numbers = Vec::new();
@@ -144,7 +146,7 @@ fn slope_without_constraints_is_that_of_the_rigid_model() {
 fn landing<const N: usize, const P: usize>(
     tolerance: f64,
     features: Features,
-) -> CompliantFlow<N, P, 0> {
+) -> CompliantFlow<N, P, 0, 0> {
     let robot: Robot = robot();
     let drives = fixtures::servo_drives(&robot);
     let mut rigid = start::<N>(Base::Free, HARD, drives, Some(fixtures::flat()));
@@ -280,7 +282,7 @@ fn step_beyond_the_limit_of_stability_is_refused() {
 }
 
 /// Compressed elements of the slope and those by their depths, of each leg.
-fn compressed<const N: usize, const P: usize>(flow: &CompliantFlow<N, P, 0>) -> [[f64; 4]; 2] {
+fn compressed<const N: usize, const P: usize>(flow: &CompliantFlow<N, P, 0, 0>) -> [[f64; 4]; 2] {
     let mut flow = CompliantFlow::new(flow.equations.clone(), flow.state, 1e-6, Features::Detected);
     flow.update_slope();
     let motion = flow.equations.elements(Features::Detected, &flow.state);
@@ -296,7 +298,7 @@ fn compressed<const N: usize, const P: usize>(flow: &CompliantFlow<N, P, 0>) -> 
 
 /// Depths \[m\], and their derivatives by differences and as computed \[m/s\].
 fn element_rates<const N: usize, const P: usize>(
-    flow: &mut CompliantFlow<N, P, 0>,
+    flow: &mut CompliantFlow<N, P, 0, 0>,
 ) -> Vec<[f64; 3]> {
     let before = flow.equations.elements(Features::Detected, &flow.state);
     flow.control = twinrig_compliant::StepControl::new(f64::INFINITY);
@@ -351,7 +353,7 @@ fn compressed_elements_have_positive_depths_with_the_given_rates() {
 
 /// Accelerations of the hips \[rad/s²\], commanded and found, torque of the drives, and its least
 /// and greatest value \[N·m\].
-fn hips<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P, 0>) -> [[f64; 4]; 5] {
+fn hips<const N: usize, const P: usize>(flow: &mut CompliantFlow<N, P, 0, 0>) -> [[f64; 4]; 5] {
     struct Law<'a>(&'a twinrig_compliant::ServoLaw, [Quad; 2]);
     impl Kernel for Law<'_> {
         type Output = [Quad; 3];

@@ -1,7 +1,7 @@
 //! Rigid constraints as the dynamics of a plant.
 
 use twinrig_kernel::{SimTime, signal};
-use twinrig_legged::{DriveModels, Dynamics, LEGS, PartFault, Posture, StepInputs, StepLoad};
+use twinrig_legged::{DriveModels, Dynamics, Friction, PartFault, Posture, StepInputs, StepLoad};
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantEvent, PlantEventKind, PlantState, WorkCounts};
 
@@ -81,8 +81,8 @@ impl<const N: usize> Dynamics for Flow<N> {
         }
     }
 
-    fn set_friction(&mut self, friction: &[f64; LEGS]) {
-        self.model.friction = *friction;
+    fn set_friction(&mut self, friction: &Friction) {
+        self.model.friction = friction.legs;
         // A foot that sticks may slide now.
         self.modes_pending = self.method.is_event_driven();
     }

@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use twinrig_contact::{Ground, Surface, Terrain};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_legged::{
-    Abduction, Base, Drives, FootMotion, LEGS, Ledger, Readings, SetPoint, Setup, Signals, Start,
-    Window,
+    Abduction, Base, Contacts, Drives, FootMotion, GroundImpulses, LEGS, Ledger, Readings,
+    SetPoint, Setup, Signals, Start, Window,
 };
 use twinrig_robot::Motor;
 use twinrig_runtime::EnergyBalance;
@@ -26,6 +26,7 @@ fn setup(drives: bool, ground: bool) -> Setup {
             Drives::None
         },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: Start::default(),
     }
@@ -246,13 +247,20 @@ fn common_measurements_of_all_legs_are_read_once() {
     assert_eq!(calls(&all), [["feet", "surfaces"], impulses].concat());
 }
 
+/// Impulses on feet alone.
+fn feet(of: &[[f64; 3]]) -> GroundImpulses {
+    let mut impulses = GroundImpulses::default();
+    impulses.feet[..of.len()].copy_from_slice(of);
+    impulses
+}
+
 #[test]
 fn legs_may_differ_in_their_selected_signals() {
     let selected = ["leg/LF/foot/load", "leg/RH/foot/velocity"];
     let signals = Signals::new(&NAMES, &setup(true, true), &|name| selected.contains(&name));
     let mut outputs = [f64::NAN; 4];
     let mut window = Window::default();
-    window.begin(1.0, [[0.0; 3], [0.0; 3]]);
+    window.begin(1.0, GroundImpulses::default());
     signals.write(&LoggedReadings::default(), &window, 2.0, &mut outputs);
     assert_eq!(outputs, [0.6 * 3.0 + 0.8 * 4.0, 91.0, 0.0, 0.0]);
 }
@@ -263,7 +271,7 @@ fn every_measurement_is_written_to_its_port() {
     let layout = Layout::of(signals.ports(), Direction::Output);
     let mut outputs = vec![f64::NAN; layout.len()];
     let mut window = Window::default();
-    window.begin(1.0, [[1.0, 0.0, 0.0], [3.0, 0.0, 1.0]]);
+    window.begin(1.0, feet(&[[1.0, 0.0, 0.0], [3.0, 0.0, 1.0]]));
     signals.write(&LoggedReadings::default(), &window, 1.5, &mut outputs);
     assert!(outputs.iter().all(|value| value.is_finite()), "{outputs:?}");
     let read = |name: &str| &outputs[layout.find(name).unwrap()];
@@ -284,8 +292,8 @@ fn every_measurement_is_written_to_its_port() {
 #[test]
 fn empty_window_has_zero_force() {
     let mut window = Window::default();
-    window.begin(2.0, [[5.0; 3]]);
-    let force = window.mean_force(0, &[9.0; 3], 2.0);
+    window.begin(2.0, feet(&[[5.0; 3]]));
+    let force = window.mean_force(|before| before.feet[0], &[9.0; 3], 2.0);
     assert_eq!(force, Vector3::zeros());
 }
 

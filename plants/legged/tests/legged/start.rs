@@ -3,7 +3,9 @@
 use proptest::prelude::*;
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Abduction, Base, Drives, LeggedError, SetPoint, Setup, Start, StartPose};
+use twinrig_legged::{
+    Abduction, Base, Contacts, Drives, LeggedError, SetPoint, Setup, Start, StartPose,
+};
 use twinrig_robot::leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_robot::{Robot, RobotFile};
 
@@ -172,6 +174,7 @@ fn setup(base: Base, legs: &[&str], ground: Option<Terrain>) -> Setup {
         step: SimDuration::from_millis(1),
         drives: Drives::None,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: pose([0.3, -0.4, 0.4]),
     }

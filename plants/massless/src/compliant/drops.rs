@@ -21,7 +21,7 @@ proptest! {
             start: pose([20.0, -40.0, 62.0], [0.0; 3]),
             ..standing(SERVOS, 2000)
         };
-        let mut flow = initial(&robot(), &Options::compliant(setup, 1e-6), []).unwrap();
+        let mut flow = initial(&robot(), &Options::compliant(setup, 1e-6), [], []).unwrap();
         flow.state.position.0[2] = height;
         flow.state.velocity = Quad::of_three(velocity);
         flow.state.turning = Quad::of_three(turning);

@@ -1,7 +1,7 @@
 //! Energy of the compliant model, and depths of its elements.
 
-use twinrig_compliant::events::{ABDUCTION, ElementMotion, GROUND};
-use twinrig_compliant::lanes::{Kernel, Lanes, Quad, Simd};
+use twinrig_compliant::events::{ABDUCTION, CORNERS, ElementMotion, GROUND};
+use twinrig_compliant::lanes::{Kernel, LANES, Lanes, Quad, Simd};
 use twinrig_compliant::{Below, Depths, Joints, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
 use twinrig_robot::GRAVITY;
@@ -11,12 +11,12 @@ use super::slope::{ANKLE, LegMotion, in_line};
 use super::state::State;
 
 /// Kinetic, spring and gravity energy in a state \[J\]; the springs include the elements.
-pub(crate) struct StoredEnergy<'a, const A: usize> {
+pub(crate) struct StoredEnergy<'a, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<A>,
-    pub(crate) state: &'a State<Quad, A>,
+    pub(crate) state: &'a State<Quad, A, B>,
 }
 
-impl<const A: usize> Kernel for StoredEnergy<'_, A> {
+impl<const A: usize, const B: usize> Kernel for StoredEnergy<'_, A, B> {
     type Output = Stored;
 
     #[inline(always)]
@@ -38,6 +38,9 @@ impl<const A: usize> Kernel for StoredEnergy<'_, A> {
         if let Some(ground) = &model.rigid.ground {
             let below = Below::new(simd, ground, &trunk, &motion.point);
             springs += legs.sole.energy(-below.gap, state.bristle);
+        }
+        if let Some((points, ground, contact)) = model.lying(simd, &state) {
+            springs += points.energy_of_trunk(simd, (ground, &trunk), contact);
         }
         let [ux, uy, uz] = motion.point.velocity;
         let [hip, knee] = model.drives.inertias();
@@ -68,12 +71,12 @@ impl<const A: usize> Kernel for StoredEnergy<'_, A> {
 }
 
 /// Computation of depths and rates of all elements.
-pub(crate) struct Elements<'a, const A: usize> {
+pub(crate) struct Elements<'a, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<A>,
-    pub(crate) state: &'a State<Quad, A>,
+    pub(crate) state: &'a State<Quad, A, B>,
 }
 
-impl<const A: usize> Kernel for Elements<'_, A> {
+impl<const A: usize, const B: usize> Kernel for Elements<'_, A, B> {
     type Output = ElementMotion;
 
     #[inline(always)]
@@ -105,6 +108,12 @@ impl<const A: usize> Kernel for Elements<'_, A> {
             let stop = joints.resistance(joint.angle, joint.rate);
             motion.set(ABDUCTION, count, stop.depth, stop.depth_rate);
         }
+        if let Some((points, ground, _)) = model.lying(simd, &state) {
+            for level in 0..2 {
+                let [depth, rate] = points.motion_of_corners(simd, (ground, &trunk), level);
+                motion.set(CORNERS + level, LANES, depth, rate);
+            }
+        }
         let ankle = in_line(&legs, &turns);
         motion.set(ANKLE, count, ankle, leg_motion.folding(&legs, &turns));
         motion
@@ -112,9 +121,9 @@ impl<const A: usize> Kernel for Elements<'_, A> {
 }
 
 /// Computation of the motion of feet and links.
-pub(crate) struct LegMotions<'a, const A: usize> {
+pub(crate) struct LegMotions<'a, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<A>,
-    pub(crate) state: &'a State<Quad, A>,
+    pub(crate) state: &'a State<Quad, A, B>,
 }
 
 /// Position relative to the trunk \[m\] and velocity \[m/s\] of feet, trunk axes, and rates of
@@ -126,7 +135,7 @@ pub(crate) struct Motion {
     pub(crate) relative: [Quad; 2],
 }
 
-impl<const A: usize> Kernel for LegMotions<'_, A> {
+impl<const A: usize, const B: usize> Kernel for LegMotions<'_, A, B> {
     type Output = Motion;
 
     #[inline(always)]

@@ -1,17 +1,18 @@
 //! The compliant model as the equations of motion of a plant.
 
 use nalgebra::{Matrix3, Vector3};
-use twinrig_compliant::events::{ELEMENTS, ElementMotion, INSIDE_NAMES};
+use twinrig_compliant::events::{BODY_NAMES, ELEMENTS, ElementMotion, INSIDE_NAMES};
 use twinrig_compliant::frame::{into_world, rotation};
 use twinrig_compliant::lanes::{Features, Quad, dispatch};
 use twinrig_compliant::{
-    AbductionJoints, AbductionState, DriveLaws, DriveState, Equations, Flow, PantographConstants,
-    SavedCompliant, Step, StepError, TrunkState,
+    AbductionJoints, AbductionState, BodyContact, BodyPoints, DriveLaws, DriveState, Equations,
+    Flow, PantographConstants, SavedCompliant, Step, StepError, TrunkState,
 };
 use twinrig_contact::Surface;
 use twinrig_kernel::signal;
 use twinrig_legged::{
-    Base, DriveModels, FootMotion, LEGS, LegPosture, PartFault, Posture, Stored, surfaces_below,
+    Base, DriveModels, FootMotion, Friction, LEGS, LegPosture, PartFault, Posture, Stored,
+    surfaces_below,
 };
 use twinrig_robot::leg::Planar;
 use twinrig_robot::{GRAVITY, Robot};
@@ -26,9 +27,10 @@ use crate::model::{MasslessError, Model, Options};
 use crate::start::start;
 
 /// Equations and state of the plant.
-pub(crate) type CompliantFlow<const A: usize = 0> = Flow<CompliantEquations<A>>;
+pub(crate) type CompliantFlow<const A: usize = 0, const B: usize = 0> =
+    Flow<CompliantEquations<A, B>>;
 
-impl<const A: usize> Formulation for CompliantFlow<A> {}
+impl<const A: usize, const B: usize> Formulation for CompliantFlow<A, B> {}
 
 impl From<SavedCompliant> for SavedFormulation {
     fn from(saved: SavedCompliant) -> Self {
@@ -48,11 +50,12 @@ impl TryFrom<SavedFormulation> for SavedCompliant {
 }
 
 /// Builds the compliant flow in the start state.
-pub(crate) fn initial<const A: usize>(
+pub(crate) fn initial<const A: usize, const B: usize>(
     robot: &Robot,
     options: &Options,
     joints: [AbductionJoints<Quad>; A],
-) -> Result<CompliantFlow<A>, MasslessError> {
+    body: [BodyPoints<Quad>; B],
+) -> Result<CompliantFlow<A, B>, MasslessError> {
     if options.tolerance.is_nan() || options.tolerance <= 0.0 {
         return Err(MasslessError::Tolerance(options.tolerance));
     }
@@ -70,7 +73,9 @@ pub(crate) fn initial<const A: usize>(
     let pantographs: Vec<_> = mounts
         .map(|(mount, leg)| PantographConstants::new(&mount.leg, &leg.pantograph))
         .collect();
-    let model = CompliantModel::new(model, &pantographs, &setup.compliances(robot)?, joints);
+    let compliances = setup.compliances(robot)?;
+    let body = body.first().copied();
+    let model = CompliantModel::new(model, &pantographs, &compliances, joints, body);
     let mut state = State::at_rest();
     state.position = Quad::of_three(rigid.position().into());
     for (i, angles) in angles.iter().enumerate() {
@@ -96,21 +101,21 @@ fn matrix(attitude: [f64; 4]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }
 
-impl<const A: usize> CompliantEquations<A> {
+impl<const A: usize, const B: usize> CompliantEquations<A, B> {
     /// Returns the velocities of the feet within their legs, forward and up \[m/s\].
-    pub(super) fn relative(&self, state: &State<Quad, A>) -> [Quad; 2] {
+    pub(super) fn relative(&self, state: &State<Quad, A, B>) -> [Quad; 2] {
         self.motion(state).relative
     }
 
-    fn motion(&self, state: &State<Quad, A>) -> Motion {
+    fn motion(&self, state: &State<Quad, A, B>) -> Motion {
         let model = &self.model;
         dispatch(Features::Detected, LegMotions { model, state })
     }
 }
 
-impl<const A: usize> Equations for CompliantEquations<A> {
-    type State = State<Quad, A>;
-    type Slope = Slope<Quad, A>;
+impl<const A: usize, const B: usize> Equations for CompliantEquations<A, B> {
+    type State = State<Quad, A, B>;
+    type Slope = Slope<Quad, A, B>;
     type Saved = SavedFormulation;
 
     fn name(&self) -> &'static str {
@@ -135,8 +140,8 @@ impl<const A: usize> Equations for CompliantEquations<A> {
         self.model.rigid.centre_of_trunk().map(Into::into)
     }
 
-    fn set_friction(&mut self, friction: &[f64; LEGS]) {
-        self.model.legs.sole.set_friction(friction);
+    fn set_friction(&mut self, friction: &Friction) {
+        self.model.set_friction(friction);
     }
 
     fn step(&self, features: Features, step: Step<'_, Self>) -> Result<(), StepError> {
@@ -166,7 +171,22 @@ impl<const A: usize> Equations for CompliantEquations<A> {
 
     fn element_names(&self) -> [&'static str; ELEMENTS] {
         let [a, b, c, d, e, f] = INSIDE_NAMES;
-        [a, b, c, d, e, f, "ground", "ankle", "abduction"]
+        let [knee, ankle, lower, upper] = BODY_NAMES;
+        [
+            a,
+            b,
+            c,
+            d,
+            e,
+            f,
+            "ground",
+            "ankle",
+            "abduction",
+            knee,
+            ankle,
+            lower,
+            upper,
+        ]
     }
 
     fn leg_name(&self, leg: usize) -> &str {
@@ -185,6 +205,10 @@ impl<const A: usize> Equations for CompliantEquations<A> {
             pulley: state.pulley,
             pulley_rate: state.pulley_rate,
         }
+    }
+
+    fn body_contact<'a>(&self, state: &'a Self::State) -> Option<&'a BodyContact<Quad>> {
+        state.body.first()
     }
 
     #[inline]

@@ -26,7 +26,7 @@ const SLOWEST: f64 = -1e-3;
 
 /// Mode of each leg.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct StiffMode<L, const A: usize = 0> {
+pub(crate) struct StiffMode<L, const A: usize = 0, const B: usize = 0> {
     /// λ \[1/s\].
     rate: L,
     /// r and ℓ: angles of links and pulley, rates of hip and pulley, velocity of the foot.
@@ -40,9 +40,9 @@ pub(crate) struct StiffMode<L, const A: usize = 0> {
     pub(crate) lost: [L; 2],
 }
 
-impl<L: Lanes, const A: usize> Mode for StiffMode<L, A> {
-    type State = State<L, A>;
-    type Slope = Slope<L, A>;
+impl<L: Lanes, const A: usize, const B: usize> Mode for StiffMode<L, A, B> {
+    type State = State<L, A, B>;
+    type Slope = Slope<L, A, B>;
     type Lanes = L;
 
     #[inline(always)]
@@ -51,7 +51,7 @@ impl<L: Lanes, const A: usize> Mode for StiffMode<L, A> {
     }
 
     #[inline(always)]
-    fn part(&self, slope: &Slope<L, A>) -> L {
+    fn part(&self, slope: &Slope<L, A, B>) -> L {
         let rates = &slope.state;
         let ([first, second, third], [ahead, up]) = (rates.angles, rates.foot);
         let [angles, velocities] = self.covector;
@@ -60,7 +60,7 @@ impl<L: Lanes, const A: usize> Mode for StiffMode<L, A> {
     }
 
     #[inline(always)]
-    fn added(&self, state: &State<L, A>, amount: L) -> State<L, A> {
+    fn added(&self, state: &State<L, A, B>, amount: L) -> State<L, A, B> {
         let ([first, second, third, pulley], [hip_rate, pulley_rate, ahead, up]) =
             (self.vector[0], self.vector[1]);
         let [a, b, c] = state.angles;
@@ -76,20 +76,20 @@ impl<L: Lanes, const A: usize> Mode for StiffMode<L, A> {
 }
 
 /// Computation of the mode in a state with this slope.
-pub(crate) struct Find<'a, L, const A: usize> {
+pub(crate) struct Find<'a, L, const A: usize, const B: usize> {
     pub(crate) legs: &'a Legs<L, A>,
-    pub(crate) state: &'a State<L, A>,
-    pub(crate) slope: &'a Slope<L, A>,
+    pub(crate) state: &'a State<L, A, B>,
+    pub(crate) slope: &'a Slope<L, A, B>,
     /// Inertias and damping of the motors of hip and pulley.
     pub(crate) inertias: [f64; 2],
     pub(crate) damping: [L; 2],
 }
 
-impl<L: Lanes, const A: usize> Task for Find<'_, L, A> {
-    type Output = StiffMode<L, A>;
+impl<L: Lanes, const A: usize, const B: usize> Task for Find<'_, L, A, B> {
+    type Output = StiffMode<L, A, B>;
 
     #[inline(always)]
-    fn run(self) -> StiffMode<L, A> {
+    fn run(self) -> StiffMode<L, A, B> {
         let Self {
             legs, state, slope, ..
         } = self;

@@ -2,9 +2,11 @@
 
 use twinrig_compliant::lanes::{LANES, Lanes, Quad, Simd};
 use twinrig_compliant::{
-    AbductionJoints, DriveLaws, Element, LegFrame, PantographConstants, Pantographs, Sole,
-    StepControl, TrunkMotion,
+    AbductionJoints, BodyContact, BodyPoints, DriveLaws, Element, LegFrame, PantographConstants,
+    Pantographs, Sole, StepControl, TrunkMotion,
 };
+use twinrig_contact::Ground;
+use twinrig_legged::{Base, Friction};
 use twinrig_robot::{Compliance, GRAVITY};
 
 use super::state::State;
@@ -35,6 +37,8 @@ pub(crate) struct CompliantModel<const A: usize = 0> {
     pub(crate) legs: Legs<Quad, A>,
     pub(crate) drives: DriveLaws,
     pub(crate) trunk: TrunkConstants,
+    /// Corners of the trunk, if they have contact.
+    pub(crate) body: Option<BodyPoints<Quad>>,
     /// Mass of trunk and feet \[kg\].
     pub(crate) mass: f64,
     /// Radius of an angle of the trunk in the error \[m\].
@@ -50,6 +54,7 @@ impl<const A: usize> CompliantModel<A> {
         pantographs: &[PantographConstants<3>],
         compliances: &[Compliance],
         joints: [AbductionJoints<Quad>; A],
+        body: Option<BodyPoints<Quad>>,
     ) -> Self {
         let joints = joints.map(|joints| joints.about(model.centre.into()));
         let feet = model.legs.iter().map(|leg| leg.mass).sum::<f64>();
@@ -57,10 +62,33 @@ impl<const A: usize> CompliantModel<A> {
             legs: Legs::side_by_side(&model, pantographs, compliances, joints),
             drives: DriveLaws::from(model.drives.as_ref()),
             trunk: TrunkConstants::new(&model, feet),
+            body: body.map(|points| points.about(model.centre.into())),
             mass: model.mass + feet,
             work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * (model.mass + feet)),
             radius: 0.5 * model.reach,
             rigid: model,
+        }
+    }
+
+    /// Returns the corners of a trunk that moves, the ground below them, and their state, if they
+    /// have contact.
+    #[inline(always)]
+    pub(crate) fn lying<'a, S: Simd, const B: usize>(
+        &'a self,
+        simd: S,
+        state: &'a State<S::Lanes, A, B>,
+    ) -> Option<(BodyPoints<S::Lanes>, &'a Ground, &'a BodyContact<S::Lanes>)> {
+        let contact = state.body.first()?;
+        let (points, ground) = (self.body.as_ref()?, self.rigid.ground.as_ref()?);
+        let moves = self.rigid.base != Base::Fixed;
+        moves.then(|| (points.load(simd), ground, contact))
+    }
+
+    /// Sets the coefficients of friction.
+    pub(crate) fn set_friction(&mut self, friction: &Friction) {
+        self.legs.sole.set_friction(&friction.legs);
+        if let Some(body) = &mut self.body {
+            body.set_friction(&friction.legs, friction.trunk);
         }
     }
 }
@@ -116,7 +144,11 @@ impl<const A: usize> Legs<Quad, A> {
 impl<L: Lanes, const A: usize> Legs<L, A> {
     /// Returns the frames that carry the legs, if they have joints of abduction.
     #[inline(always)]
-    pub(crate) fn frame(&self, state: &State<L, A>, trunk: &TrunkMotion) -> Option<LegFrame<L>> {
+    pub(crate) fn frame<const B: usize>(
+        &self,
+        state: &State<L, A, B>,
+        trunk: &TrunkMotion,
+    ) -> Option<LegFrame<L>> {
         let (joints, motion) = (self.joints.first()?, state.abduction.first()?);
         Some(joints.frame(motion.angle, motion.rate, trunk))
     }
@@ -124,13 +156,13 @@ impl<L: Lanes, const A: usize> Legs<L, A> {
 
 /// Equations of motion.
 #[derive(Debug, Clone)]
-pub(crate) struct CompliantEquations<const A: usize = 0> {
+pub(crate) struct CompliantEquations<const A: usize = 0, const B: usize = 0> {
     pub(crate) model: CompliantModel<A>,
     /// Angles of the hips at the input zero \[rad\].
     pub(super) hip_references: Vec<f64>,
 }
 
-impl<const A: usize> CompliantEquations<A> {
+impl<const A: usize, const B: usize> CompliantEquations<A, B> {
     pub(crate) fn new(model: CompliantModel<A>) -> Self {
         let legs = model.rigid.legs.iter();
         Self {

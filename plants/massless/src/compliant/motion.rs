@@ -3,8 +3,8 @@
 use twinrig_compliant::events::EventLog;
 use twinrig_compliant::lanes::{Features, Kernel, Lanes, Quad, Simd, dispatch};
 use twinrig_compliant::{
-    Commands, DriveLaws, Fastest, Flows, Missed, Mode, Step, StepControl, StepError, Substep,
-    System, Unseen,
+    BodyContact, Commands, DriveLaws, Fastest, Flows, Missed, Mode, Step, StepControl, StepError,
+    Substep, System, Unseen,
 };
 use twinrig_legged::StepLoad;
 
@@ -15,12 +15,12 @@ use super::slope::Evaluation;
 use super::state::{Slope, State};
 
 /// Step of the model in memory.
-pub(crate) struct Advance<'a, const A: usize> {
+pub(crate) struct Advance<'a, const A: usize, const B: usize> {
     pub(crate) model: &'a CompliantModel<A>,
-    pub(crate) step: Step<'a, CompliantEquations<A>>,
+    pub(crate) step: Step<'a, CompliantEquations<A, B>>,
 }
 
-impl<const A: usize> Kernel for Advance<'_, A> {
+impl<const A: usize, const B: usize> Kernel for Advance<'_, A, B> {
     type Output = Result<(), StepError>;
 
     #[inline(always)]
@@ -58,10 +58,10 @@ impl<const A: usize> Kernel for Advance<'_, A> {
 
 /// Returns a sum of slopes, each times its seconds.
 #[inline(always)]
-fn sum<L: Lanes, const A: usize, const M: usize>(
-    slopes: [&Slope<L, A>; M],
+fn sum<L: Lanes, const A: usize, const B: usize, const M: usize>(
+    slopes: [&Slope<L, A, B>; M],
     seconds: [f64; M],
-) -> State<L, A> {
+) -> State<L, A, B> {
     let mut sum = slopes[0].state.map(|rate| rate * seconds[0]);
     for j in 1..M {
         sum = sum.zip(&slopes[j].state, |sum, rate| sum + rate * seconds[j]);
@@ -70,7 +70,7 @@ fn sum<L: Lanes, const A: usize, const M: usize>(
 }
 
 /// The model in lanes.
-struct Motion<'a, S: Simd, const A: usize> {
+struct Motion<'a, S: Simd, const A: usize, const B: usize> {
     simd: S,
     model: &'a CompliantModel<A>,
     legs: Legs<S::Lanes, A>,
@@ -81,10 +81,10 @@ struct Motion<'a, S: Simd, const A: usize> {
     log: &'a mut EventLog,
 }
 
-impl<S: Simd, const A: usize> System for Motion<'_, S, A> {
-    type State = State<S::Lanes, A>;
-    type Slope = Slope<S::Lanes, A>;
-    type Mode = StiffMode<S::Lanes, A>;
+impl<S: Simd, const A: usize, const B: usize> System for Motion<'_, S, A, B> {
+    type State = State<S::Lanes, A, B>;
+    type Slope = Slope<S::Lanes, A, B>;
+    type Mode = StiffMode<S::Lanes, A, B>;
 
     #[inline(always)]
     fn mode(&self, state: &Self::State, slope: &Self::Slope) -> Option<Self::Mode> {
@@ -148,6 +148,7 @@ impl<S: Simd, const A: usize> System for Motion<'_, S, A> {
             foot: [ahead, up],
             bristle: [along, across],
             abduction,
+            body,
         } = change.map(S::Lanes::abs);
         // An angle of a link moves the foot by its length, one of the pulley by its radius.
         let pantographs = &self.legs.pantographs;
@@ -157,6 +158,10 @@ impl<S: Simd, const A: usize> System for Motion<'_, S, A> {
         let lengths = links.max(pulley * winding).max(position);
         let lengths = lengths.max(attitude * (2.0 * radius));
         let mut lengths = lengths.max((along + across) * StepControl::BRISTLE_WEIGHT);
+        for contact in body {
+            let deflection = contact.greatest_deflection();
+            lengths = lengths.max(deflection * StepControl::BRISTLE_WEIGHT);
+        }
         if self.are_held && substep > StepControl::SHORT {
             let mut work = Flows::net_work(slopes.map(|slope| &slope.flows), seconds);
             if let Some(Missed { mode, integral, .. }) = &missed {
@@ -186,6 +191,7 @@ impl<S: Simd, const A: usize> System for Motion<'_, S, A> {
             let mut members = Vec::new();
             b.zip(a, |b, a| b - a)
                 .map(|lanes| members.push(lanes.quad()));
+            members.truncate(members.len() - B * BodyContact::<Quad>::OF_TRUNK);
             members
         };
         let slopes = slopes.map(|slope| &slope.state);

@@ -17,8 +17,8 @@ use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::stop::{LEAST, barrier};
 use twinrig_compliant::{
-    Below, Commands, DriveLaws, Flows, Footforce, Internal, JointMotion, JointState, Joints,
-    LegBody, LegFrame, Limited, Point, Pushed, TrunkMotion, Turns, broadcast,
+    Below, BodyContact, Commands, DriveLaws, Flows, Footforce, Internal, JointMotion, JointState,
+    Joints, LegBody, LegFrame, Limited, Point, Pushed, TrunkForce, TrunkMotion, Turns, broadcast,
 };
 use twinrig_legged::{Base, StepLoad};
 use twinrig_robot::GRAVITY;
@@ -45,10 +45,10 @@ pub(crate) struct LegMotion<L> {
 
 impl<L: Lanes> LegMotion<L> {
     #[inline(always)]
-    pub(crate) fn new<const A: usize>(
+    pub(crate) fn new<const A: usize, const B: usize>(
         legs: &Legs<L, A>,
         turns: &Turns<L, 3>,
-        state: &State<L, A>,
+        state: &State<L, A, B>,
         trunk: &TrunkMotion,
         frame: Option<&LegFrame<L>>,
     ) -> Self {
@@ -153,8 +153,24 @@ impl<L: Lanes> LegMotion<L> {
     }
 }
 
+/// Returns the force and the torque of pushes and of the ground on the trunk, if there are any.
+#[inline(always)]
+fn sum_on_trunk<L>(pushed: Option<&Pushed<L>>, lying: Option<&TrunkForce<L>>) -> Option<[f64; 6]> {
+    let Some(TrunkForce { wrench, .. }) = lying else {
+        return pushed.map(|pushed| pushed.trunk);
+    };
+    let mut sum = *wrench;
+    for (sum, push) in sum
+        .iter_mut()
+        .zip(pushed.map_or([0.0; 6], |pushed| pushed.trunk))
+    {
+        *sum += push;
+    }
+    Some(sum)
+}
+
 /// Right-hand side in a state, to be called from several places.
-pub(crate) struct Evaluation<'a, S: Simd, const A: usize> {
+pub(crate) struct Evaluation<'a, S: Simd, const A: usize, const B: usize> {
     pub(crate) simd: S,
     pub(crate) model: &'a CompliantModel<A>,
     pub(crate) legs: &'a Legs<S::Lanes, A>,
@@ -162,7 +178,7 @@ pub(crate) struct Evaluation<'a, S: Simd, const A: usize> {
     pub(crate) time: f64,
     /// Load of pushes, if any.
     pub(crate) load: Option<&'a StepLoad>,
-    pub(crate) state: &'a State<S::Lanes, A>,
+    pub(crate) state: &'a State<S::Lanes, A, B>,
     /// Joints of abduction at the limit of their torque, once they are known, and the number of
     /// times that they may be determined again.
     pub(crate) limited: Option<(Limited<S::Lanes>, u8)>,
@@ -179,8 +195,8 @@ struct LegForces<L> {
     compressed: L,
 }
 
-impl<S: Simd, const A: usize> Task for Evaluation<'_, S, A> {
-    type Output = Slope<S::Lanes, A>;
+impl<S: Simd, const A: usize, const B: usize> Task for Evaluation<'_, S, A, B> {
+    type Output = Slope<S::Lanes, A, B>;
 
     #[inline(always)]
     fn run(self) -> Self::Output {
@@ -193,9 +209,9 @@ impl<S: Simd, const A: usize> Task for Evaluation<'_, S, A> {
     }
 }
 
-impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
+impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_, S, A, B> {
     #[inline(always)]
-    fn slope<const FREE: bool>(&self) -> Slope<L, A> {
+    fn slope<const FREE: bool>(&self) -> Slope<L, A, B> {
         let (simd, legs, state) = (self.simd, self.legs, self.state);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);
@@ -204,6 +220,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
         let forces = self.leg_forces(&turns, &motion);
         let ground = self.ground(&trunk, &motion.point);
         let pushed = self.pushed(&trunk);
+        let lying = if FREE { self.lying(&trunk) } else { None };
+        let on_trunk = sum_on_trunk(pushed.as_ref(), lying.as_ref());
         let [drift_x, drift_y, drift_z] = motion.drift(&trunk, frame.as_ref());
         let [fx, fz] = forces.foot;
         let [mut outer_x, mut outer_y, mut outer_z] = ground.force;
@@ -228,10 +246,10 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
             let sideways = legs.mass * drift_y - outer_y;
             let force = [fx, sideways, fz];
             let accelerations = match &frame {
-                None => self.trunk(&trunk, &motion.place, force, pushed.as_ref()),
+                None => self.trunk(&trunk, &motion.place, force, on_trunk),
                 Some(frame) => {
                     let (accelerations, of_joint) =
-                        self.abducted(&trunk, &motion.place, force, pushed.as_ref(), frame);
+                        self.abducted(&trunk, &motion.place, force, on_trunk, frame);
                     joint = of_joint;
                     accelerations
                 }
@@ -257,7 +275,14 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
         let mut actuator = forces.hip * state.hip_rate + knee * state.pulley_rate;
         let mut dissipated = forces.dissipated + ground.dissipated;
         let mut compressed = forces.compressed + if_compressed(GROUND, ground.depth);
-        let mut abduction = state.abduction;
+        let (mut abduction, mut body) = (state.abduction, [BodyContact::all(zero); B]);
+        if let (Some(lying), Some(rates)) = (&lying, body.first_mut()) {
+            dissipated += lying.dissipated;
+            compressed += lying.compressed;
+            let [x, y, z] = lying.force_in_world;
+            rates.corners = lying.rates;
+            rates.on_trunk = simd.load(Quad([x, y, z, 0.0]));
+        }
         if let (Some(joint), Some(slope)) = (&joint, abduction.first_mut()) {
             if let Some(joints) = legs.joints.first() {
                 let resistance = joints.resistance(slope.angle, slope.rate);
@@ -284,6 +309,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
                 foot,
                 bristle: ground.bristle_rate,
                 abduction,
+                body,
             },
             flows: Flows {
                 actuator,
@@ -388,7 +414,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
         trunk: &TrunkMotion,
         &[x, y, z]: &[L; 3],
         [fx, fy, fz]: [L; 3],
-        pushed: Option<&Pushed<L>>,
+        on_trunk: Option<[f64; 6]>,
         frame: &LegFrame<L>,
     ) -> ([f64; 6], Option<JointMotion<L>>) {
         let (model, mass, zero) = (self.model, self.legs.mass, fx.zero());
@@ -416,8 +442,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
         let mut system = body.into_trunk(frame);
         let of_trunk = (model.trunk.mass, [0.0; 3], model.trunk.tensor());
         system.add_trunk(of_trunk, trunk.field, trunk.turning);
-        if let Some(pushed) = pushed {
-            system.push(pushed.trunk);
+        if let Some(wrench) = on_trunk {
+            system.push(wrench);
         }
         let accelerations = system.solve(model.rigid.base);
         let motion = row.motion(&drive, frame.acceleration(accelerations));
@@ -438,6 +464,13 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
         Some((next, rounds.checked_sub(1).filter(|_| differs)?))
     }
 
+    /// Returns the force of the ground on the trunk, if it has contact and moves.
+    #[inline(always)]
+    fn lying(&self, trunk: &TrunkMotion) -> Option<TrunkForce<L>> {
+        let (points, ground, contact) = self.model.lying(self.simd, self.state)?;
+        Some(points.on_trunk(self.simd, (ground, trunk), contact))
+    }
+
     /// Returns the forces of pushes.
     #[inline(always)]
     fn pushed(&self, trunk: &TrunkMotion) -> Option<Pushed<L>> {
@@ -454,7 +487,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
         trunk: &TrunkMotion,
         &[x, y, z]: &[L; 3],
         [fx, fy, fz]: [L; 3],
-        pushed: Option<&Pushed<L>>,
+        on_trunk: Option<[f64; 6]>,
     ) -> [f64; 6] {
         let model = self.model;
         let (mx, mz) = (self.legs.mass * x, self.legs.mass * z);
@@ -475,9 +508,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize> Evaluation<'_, S, A> {
                 -gyro[2] - yaw,
             ],
         };
-        if let Some(pushed) = pushed {
-            for (force, push) in sums.force.iter_mut().zip(pushed.trunk) {
-                *force += push;
+        if let Some(wrench) = on_trunk {
+            for (force, part) in sums.force.iter_mut().zip(wrench) {
+                *force += part;
             }
         }
         sums.solve(model.rigid.base, &model.trunk)

@@ -1,13 +1,13 @@
 //! State of the compliant model, and its time derivative.
 
 use twinrig_compliant::lanes::{Lanes, Quad, Simd};
-use twinrig_compliant::{Flows, JointState};
+use twinrig_compliant::{BodyContact, Flows, JointState};
 
 /// Positions and velocities of trunk, legs and pulleys. `T` is [`Quad`] in memory, or lanes.
 ///
 /// The velocity of the foot determines the rates of the second and the third link.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct State<T, const A: usize = 0> {
+pub(crate) struct State<T, const A: usize = 0, const B: usize = 0> {
     /// Position of the centre of mass of the trunk and the masses at its hips, world frame \[m\].
     pub(crate) position: T,
     /// Attitude of the trunk as a quaternion w, x, y, z from trunk to world, of any length.
@@ -28,21 +28,23 @@ pub(crate) struct State<T, const A: usize = 0> {
     pub(crate) bristle: [T; 2],
     /// Joints of abduction, if legs have them.
     pub(crate) abduction: [JointState<T>; A],
+    /// Contact of the trunk, if it has any.
+    pub(crate) body: [BodyContact<T>; B],
 }
 
 /// Time derivative of a state, with powers and forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Slope<T, const A: usize = 0> {
-    pub(crate) state: State<T, A>,
+pub(crate) struct Slope<T, const A: usize = 0, const B: usize = 0> {
+    pub(crate) state: State<T, A, B>,
     pub(crate) flows: Flows<T>,
     /// Compressed elements.
     pub(crate) compressed: T,
 }
 
-impl<T: Copy, const A: usize> State<T, A> {
+impl<T: Copy, const A: usize, const B: usize> State<T, A, B> {
     /// Applies a function to all members.
     #[inline(always)]
-    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, A> {
+    pub(crate) fn map<U: Copy>(&self, mut of: impl FnMut(T) -> U) -> State<U, A, B> {
         let [first, second, third] = self.angles;
         let ([x, z], [a, b]) = (self.foot, self.bristle);
         let position = of(self.position);
@@ -58,6 +60,7 @@ impl<T: Copy, const A: usize> State<T, A> {
             foot: [of(x), of(z)],
             bristle: [of(a), of(b)],
             abduction: JointState::map_each(&self.abduction, position, &mut of),
+            body: BodyContact::map_each(&self.body, position, &mut of),
         }
     }
 
@@ -82,6 +85,9 @@ impl<T: Copy, const A: usize> State<T, A> {
         for i in 0..A {
             next.abduction[i] = self.abduction[i].zip(&other.abduction[i], &mut of);
         }
+        for i in 0..B {
+            next.body[i] = self.body[i].zip(&other.body[i], &mut of);
+        }
         next
     }
 
@@ -92,7 +98,7 @@ impl<T: Copy, const A: usize> State<T, A> {
     }
 }
 
-impl<const A: usize> State<Quad, A> {
+impl<const A: usize, const B: usize> State<Quad, A, B> {
     /// Returns a state at rest in the origin, with bent ankles.
     pub(crate) fn at_rest() -> Self {
         let zero = Quad::splat(0.0);
@@ -108,18 +114,19 @@ impl<const A: usize> State<Quad, A> {
             foot: [zero; 2],
             bristle: [zero; 2],
             abduction: [JointState::AT_REST; A],
+            body: [BodyContact::RELAXED; B],
         }
     }
 
     #[inline(always)]
-    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, A> {
+    pub(crate) fn load<S: Simd>(&self, simd: S) -> State<S::Lanes, A, B> {
         self.map(|quad| simd.load(quad))
     }
 }
 
-impl<L: Lanes, const A: usize> State<L, A> {
+impl<L: Lanes, const A: usize, const B: usize> State<L, A, B> {
     #[inline(always)]
-    pub(crate) fn store(&self) -> State<Quad, A> {
+    pub(crate) fn store(&self) -> State<Quad, A, B> {
         self.map(L::quad)
     }
 }

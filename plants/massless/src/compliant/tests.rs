@@ -16,7 +16,7 @@ use crate::model::Options;
 use twinrig_compliant::stop::LEAST;
 
 fn build(robot: &Robot, setup: Setup) -> CompliantFlow {
-    initial(robot, &Options::compliant(setup, 1e-6), []).unwrap()
+    initial(robot, &Options::compliant(setup, 1e-6), [], []).unwrap()
 }
 
 /// Legs between their stops with slack cables, on servos without limits.

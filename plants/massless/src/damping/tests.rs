@@ -1,7 +1,7 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 use proptest::prelude::*;
 use twinrig_kernel::SimDuration;
-use twinrig_legged::{Abduction, Base, Drives, LEGS, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, LEGS, SetPoint, Setup, Start};
 use twinrig_robot::leg::Planar;
 use twinrig_robot::{JointFriction, RobotFile};
 
@@ -34,6 +34,7 @@ fn model(base: Base, friction: f64) -> Model {
         step: SimDuration::from_millis(1),
         drives: Drives::None,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: Start::default(),
     };

@@ -1,7 +1,9 @@
 //! The largest stable step against its closed form.
 
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::{Abduction, Base, Drives, LeggedPlant, Push, PushShape, PushTarget, Setup};
+use twinrig_legged::{
+    Abduction, Base, Contacts, Drives, LeggedPlant, Push, PushShape, PushTarget, Setup,
+};
 use twinrig_legged::{SetPoint, StartPose};
 use twinrig_robot::leg::{EnergyTable, Joints, Pantograph, Planar, Pose};
 use twinrig_robot::{Robot, RobotFile};
@@ -127,6 +129,7 @@ fn plant(robot: &Robot, stance: &Stance, force: Force, step: SimDuration) -> Leg
         step,
         drives: Drives::Ideal { period: 5e-3 },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: StartPose { q, rates: [0.0; 3] }.into(),
     };

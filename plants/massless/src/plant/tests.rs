@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Rotation3, SymmetricEigen, Vector3};
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::{Abduction, Base, Drives, LeggedPlant, SetPoint, Setup};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, LeggedPlant, SetPoint, Setup};
 use twinrig_robot::leg::{LegCommand, Pantograph, Planar};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
@@ -62,6 +62,7 @@ fn setup(base: Base, legs: &[&str], friction: Option<f64>, step: SimDuration) ->
         step,
         drives: Drives::Ideal { period: 5e-3 },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: legs
             .iter()

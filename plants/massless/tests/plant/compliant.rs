@@ -1,6 +1,6 @@
 //! Compliant constraints in a trot, and setups that they refuse.
 
-use twinrig_legged::{Abduction, Drives, LeggedError, SetPoint, Setup};
+use twinrig_legged::{Abduction, Contacts, Drives, LeggedError, SetPoint, Setup};
 use twinrig_massless::{Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Plant, PlantEventKind};
@@ -17,6 +17,7 @@ fn build(robot: &Robot, setup: Setup) -> Result<Massless, MasslessError> {
 fn linear(robot: &Robot) -> Setup {
     Setup {
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Linear {
             period: twinrig_kernel::SimDuration::from_millis(2),
         },

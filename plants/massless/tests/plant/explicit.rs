@@ -1,6 +1,6 @@
 //! Explicit Euler at a fixed step.
 
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, StartPose};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, StartPose};
 use twinrig_massless::{Force, Massless, Method, Options};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
@@ -31,6 +31,7 @@ fn swung(robot: &Robot, method: Method, step_us: u64) -> Harness {
         step: twinrig_kernel::SimDuration::from_micros(step_us),
         drives: Drives::Ideal { period: 5e-3 },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: StartPose { q, rates: [0.0; 3] }.into(),
     };

@@ -1,7 +1,7 @@
 //! Legs without drives, and starts from joint angles and rates.
 
 use twinrig_kernel::Direction;
-use twinrig_legged::{Abduction, Base, Drives, LeggedError, SetPoint, Setup, StartPose};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, LeggedError, SetPoint, Setup, StartPose};
 use twinrig_massless::{Force, Massless, MasslessError, Options};
 use twinrig_robot::Robot;
 use twinrig_robot::leg::Pantograph;
@@ -20,6 +20,7 @@ fn hanging(q: [f64; 3], rates: [f64; 3], step_us: u64) -> Setup {
         step: twinrig_kernel::SimDuration::from_micros(step_us),
         drives: Drives::None,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: StartPose { q, rates }.into(),
     }

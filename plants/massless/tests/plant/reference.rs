@@ -3,7 +3,7 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup};
 use twinrig_robot::Robot;
 use twinrig_robot::leg::LegCommand;
 use twinrig_runtime::Plant;
@@ -82,6 +82,7 @@ impl Reference {
             step,
             drives: Drives::Ideal { period: 5e-3 },
             abduction: Abduction::Locked,
+            contacts: Contacts::Feet,
             set_point: SetPoint::Held,
             start: start.collect(),
         }

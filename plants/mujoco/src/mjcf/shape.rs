@@ -4,8 +4,9 @@ use core::fmt::Write;
 
 use twinrig_legged::Segment;
 
+use super::contact_point;
 use super::sections::{Sections, line, triple};
-use crate::model::{FOOT_RADIUS, LegModel};
+use crate::model::LegModel;
 
 /// The three segments from the hip down.
 pub(super) const SEGMENTS: [&str; 3] = ["upper", "middle", "lower"];
@@ -55,6 +56,14 @@ pub(super) fn write(leg: &LegModel, index: usize, placement: SegmentPlacement, t
             at(0.0)
         );
     }
+    if let (Some(friction), true, Some(joint)) = (
+        leg.friction_on_ground,
+        leg.has_segment_contact,
+        ["knee", "ankle"].get(index),
+    ) {
+        let point = contact_point(&format!("{tag}_{joint}"), &placement.at(length), friction);
+        to.world.push_str(&point);
+    }
     if index == 2 {
         line!(
             to.world,
@@ -62,12 +71,8 @@ pub(super) fn write(leg: &LegModel, index: usize, placement: SegmentPlacement, t
             at(length)
         );
         if let Some(friction) = leg.friction_on_ground {
-            line!(
-                to.world,
-                "        <geom name=\"{tag}_foot\" type=\"sphere\" pos=\"{}\" size=\"{FOOT_RADIUS}\" mass=\"0\" \
-                 friction=\"{friction} 0 0\" contype=\"1\" conaffinity=\"0\"/>",
-                at(length)
-            );
+            let point = contact_point(&format!("{tag}_foot"), &placement.at(length), friction);
+            to.world.push_str(&point);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use twinrig_contact::{Ground, Terrain};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start, StartPose};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start, StartPose};
 use twinrig_rapier::Joints;
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
@@ -29,6 +29,7 @@ fn on_motors(robot: &Robot, base: Base) -> Setup {
             knee: motors.knee,
         },
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         set_point: SetPoint::Held,
         start: Start::default(),
     }

@@ -126,7 +126,7 @@ mod with_mujoco {
 
     use twinrig_contact::{Ground, Terrain};
     use twinrig_kernel::SimDuration;
-    use twinrig_legged::{Abduction, Base, Drives, SetPoint, Setup, Start};
+    use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start};
     use twinrig_mujoco::{Coordinates, Engine, Options, mjcf};
     use twinrig_robot::{Robot, RobotFile};
 
@@ -164,6 +164,7 @@ mod with_mujoco {
             },
             // All legs upright.
             abduction: Abduction::Locked,
+            contacts: Contacts::Feet,
             set_point: SetPoint::Held,
             start: Start::Commands(Vec::new()),
         };

@@ -5,16 +5,16 @@ use std::sync::Arc;
 use twinrig_contact::{Ground, HeightField, Levels, Patch, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_legged::{
-    Abduction, Base, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup, Signals,
-    Start,
+    Abduction, Base, Contacts, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup,
+    Signals, Start,
 };
 use twinrig_robot::leg::LegCommand;
 use twinrig_robot::serial::SerialServo;
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
-    Abduction as SceneAbduction, ActuatorKind, Base as SceneBase, Ground as SceneGround,
-    GroundBelow, Heights, PlantSpec, Profile, PulseShape, PushLoad, PushSite, PushSpec,
-    ServoOverride, SetPointKind,
+    Abduction as SceneAbduction, ActuatorKind, Base as SceneBase, Contacts as SceneContacts,
+    Ground as SceneGround, GroundBelow, Heights, PlantSpec, Profile, PulseShape, PushLoad,
+    PushSite, PushSpec, ServoOverride, SetPointKind,
 };
 
 use crate::error::BuildError;
@@ -41,6 +41,11 @@ pub fn setup(context: &PlantContext<'_>, step: SimDuration) -> Result<Setup, Bui
         step: plant.step.unwrap_or(step),
         drives: drives(context)?,
         abduction: abduction(context),
+        contacts: match plant.contacts {
+            SceneContacts::Feet => Contacts::Feet,
+            SceneContacts::Trunk => Contacts::Trunk,
+            SceneContacts::All => Contacts::All,
+        },
         set_point: set_point(context),
         start: start(context),
     })

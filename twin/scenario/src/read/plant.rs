@@ -14,7 +14,7 @@ use crate::language::{
     Accepts, Declared, Key, Part, Shape, Special, TableSpec, Type, Words, choice, contextual,
     quantity, table,
 };
-use crate::scenario::{Abduction, Base, Ground, Heights, PlantSpec, Profile, StartPose};
+use crate::scenario::{Abduction, Base, Contacts, Ground, Heights, PlantSpec, Profile, StartPose};
 
 table! {
     /// Keys of `[plant]` of every model.
@@ -25,6 +25,9 @@ table! {
     BASE: Base = "base", choice(), "mobility of the trunk", r#"base = "fixed""#, default("'free'");
     ABDUCTION: Abduction = "abduction", choice(), "joints of hip abduction",
         r#"abduction = "free""#, default("'locked'");
+    CONTACTS: Contacts = "contacts", choice(),
+        "parts that have contact with the ground: feet; trunk as well; knees and ankles as well",
+        r#"contacts = "all""#, default("'feet'");
     LEGS: Vec<Placed<String>> = "legs", super::LEGS, "simulated legs", r#"legs = ["LF", "RH"]"#,
         otherwise("all");
     GROUND: Ground = "ground", Type::new(Shape::Table(ground_table::TABLE), |item, _| ground(item)),
@@ -44,11 +47,12 @@ table! {
 }
 
 /// Returns the keys of the models of a robot: standalone ones have none of them.
-pub(crate) fn robot_keys() -> [&'static str; 5] {
-    use plant_table::{ABDUCTION, BASE, GROUND, LEGS, START};
+pub(crate) fn robot_keys() -> [&'static str; 6] {
+    use plant_table::{ABDUCTION, BASE, CONTACTS, GROUND, LEGS, START};
     [
         BASE.name,
         ABDUCTION.name,
+        CONTACTS.name,
         LEGS.name,
         GROUND.name,
         START.name,
@@ -162,7 +166,7 @@ pub(super) fn plant(
     catalogue: &Catalogue,
     observe: SimDuration,
 ) -> Result<PlantSpec, Reported> {
-    use plant_table::{ABDUCTION, BASE, COUPLING, GROUND, LEGS, MODEL, START, STEP};
+    use plant_table::{ABDUCTION, BASE, CONTACTS, COUPLING, GROUND, LEGS, MODEL, START, STEP};
     let table = &item.table()?;
     let table = plant_table::TABLE.of(table);
     let coupling = table.get_with(&COUPLING, |item| coupling(item, observe));
@@ -173,7 +177,7 @@ pub(super) fn plant(
         return standalone(table, model, coupling?.unwrap_or_default());
     }
     let (base, legs) = (table.read(&BASE), table.get(&LEGS));
-    let abduction = table.read(&ABDUCTION);
+    let (abduction, contacts) = (table.read(&ABDUCTION), table.read(&CONTACTS));
     let (ground, start, step) = (table.get(&GROUND), table.get(&START), table.get(&STEP));
     let model = model.inspect_err(|_| table.give_up())?;
     let options = options(&table, &model.options);
@@ -183,6 +187,7 @@ pub(super) fn plant(
         is_standalone: model.standalone.is_some(),
         base: base?,
         abduction: abduction?,
+        contacts: contacts?,
         legs: legs?,
         ground: ground?,
         payloads: Vec::new(),
@@ -207,6 +212,7 @@ fn standalone(
         is_standalone: true,
         base: Base::Free,
         abduction: Abduction::Locked,
+        contacts: Contacts::Feet,
         legs: None,
         ground: None,
         payloads: Vec::new(),

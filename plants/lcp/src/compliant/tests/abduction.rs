@@ -30,8 +30,8 @@ fn robot() -> Robot {
     robot
 }
 
-type Locked = CompliantFlow<3, 1, 0>;
-type Abducting = CompliantFlow<3, 1, 1>;
+type Locked = CompliantFlow<3, 1, 0, 0>;
+type Abducting = CompliantFlow<3, 1, 1, 0>;
 
 /// Setup of a robot, and its motion.
 #[derive(Clone)]
@@ -67,7 +67,7 @@ impl Case {
         let rigid = flow::<3>(&robot, self.base, pose, drives, ground);
         let abduction = self.servo.map_or(Abduction::Passive, Abduction::Servos);
         let joints = AbductionJoints::new(&robot, &Setup { abduction, ..setup }).unwrap();
-        let mut locked = compliant_state::<3, 1, 0>(&rigid.run.state);
+        let mut locked = compliant_state::<3, 1, 0, 0>(&rigid.run.state);
         locked.position = Quad([0.1, -0.2, self.height, 0.0]);
         locked.attitude = Quad(motion.attitude);
         locked.velocity = Quad::of_three(motion.velocity);
@@ -90,10 +90,11 @@ impl Case {
                 rate: Quad(motion.rates),
                 ..JointState::AT_REST
             }],
+            body: [],
         };
         let compliances = vec![compliance(); 4];
-        let model = CompliantModel::new(rigid.model.clone(), &compliances, [joints]);
-        let of_locked = CompliantModel::new(rigid.model, &compliances, []);
+        let model = CompliantModel::new(rigid.model.clone(), &compliances, [joints], None);
+        let of_locked = CompliantModel::new(rigid.model, &compliances, [], None);
         let (tolerance, features) = (self.tolerance, Features::Detected);
         (
             Abducting::new(CompliantEquations::new(model), free, tolerance, features),
@@ -113,7 +114,7 @@ const JOINTS: usize = 18;
 
 /// Returns the motion of a robot as point masses: rods of the legs by Simpson's rule.
 fn motion<'r, const A: usize>(
-    flow: &mut CompliantFlow<3, 1, A>,
+    flow: &mut CompliantFlow<3, 1, A, 0>,
     robot: &'r Robot,
 ) -> PointMotion<impl Fn(&[f64; COORDINATES]) -> Vec<Point> + 'r, COORDINATES> {
     flow.update_slope();

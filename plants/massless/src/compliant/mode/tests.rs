@@ -24,6 +24,7 @@ fn oncilla() -> CompliantFlow {
         &robot,
         &Options::compliant(setup, StepControl::TOLERANCE),
         [],
+        [],
     )
     .unwrap()
 }

@@ -32,7 +32,7 @@ fn flow<const A: usize>(
     joints: [AbductionJoints<Quad>; A],
 ) -> CompliantFlow<A> {
     let options = Options::compliant(setup, 1e-9);
-    let flow = initial(&robot(), &options, joints).unwrap();
+    let flow = initial(&robot(), &options, joints, []).unwrap();
     let mut state = flow.state;
     state.position = Quad([0.1, -0.2, 0.3, 0.0]);
     state.attitude = Quad(motion.attitude);

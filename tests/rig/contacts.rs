@@ -1,0 +1,333 @@
+//! Contact of trunk, knees and ankles with the ground: closed forms, balances of momentum and
+//! energy, and snapshots.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use twinrig_contact::{Ground, Levels, Patch, Terrain};
+use twinrig_kernel::{SimTime, stream};
+use twinrig_legged::{Abduction, Base, Contacts, Setup, StartPose};
+use twinrig_robot::{GRAVITY, Robot};
+use twinrig_runtime::{Plant, PlantEventKind, PlantState};
+use twinrig_testing::abduction::{JOINT, servo};
+
+use crate::pushes::plants::{Held, cheetah, in_the_air, plant, plant_of, standing};
+
+const LEGS: [&str; 4] = ["LF", "RF", "LH", "RH"];
+const PLANTS: [(&str, Contacts); 2] = [
+    ("massless compliant", Contacts::Trunk),
+    ("lcp compliant", Contacts::All),
+];
+
+/// Motion of a trunk.
+struct Motion {
+    height: f64,
+    attitude: UnitQuaternion<f64>,
+    velocity: Vector3<f64>,
+    turning: Vector3<f64>,
+}
+
+impl Motion {
+    fn at(height: f64) -> Self {
+        Self {
+            height,
+            attitude: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            turning: Vector3::zeros(),
+        }
+    }
+
+    /// Draws the motion of a robot that falls, in any attitude.
+    fn drawn(seed: u64) -> Self {
+        let mut stream = stream(seed, "fall");
+        let mut drawn = || 2.0 * stream.unit() - 1.0;
+        let mut vector = || Vector3::new(drawn(), drawn(), drawn());
+        Self {
+            height: 0.3,
+            attitude: UnitQuaternion::from_scaled_axis(vector() * 3.0),
+            velocity: vector() * 0.5,
+            turning: vector() * 3.0,
+        }
+    }
+
+    /// Sets the motion of a plant; legs keep theirs.
+    fn set(&self, plant: &mut dyn Plant) {
+        let attitude = self.attitude.quaternion();
+        let attitude = [attitude.w, attitude.i, attitude.j, attitude.k];
+        let mut state = PlantState::at(SimTime::ZERO)
+            .with("body/position", &[0.0, 0.0, self.height])
+            .with("body/orientation", &attitude)
+            .with("body/velocity", self.velocity.as_slice())
+            .with("body/angular_velocity", self.turning.as_slice());
+        let own = plant.state().unwrap();
+        for (name, values) in own.iter().filter(|(name, _)| name.starts_with("leg/")) {
+            state = state.with(name, values);
+        }
+        assert_eq!(plant.resume_from(&state).unwrap(), Vec::<String>::new());
+    }
+}
+
+fn flat(friction: f64) -> Ground {
+    Ground::new(Terrain::Flat, friction, 0.0).unwrap()
+}
+
+/// The trunk of a robot, on the ground.
+fn trunk(ground: Ground) -> Setup {
+    Setup {
+        ground: Some(ground),
+        contacts: Contacts::Trunk,
+        ..in_the_air(&[])
+    }
+}
+
+/// A robot whose drives hold its legs, with contact of these parts.
+fn robot(contacts: Contacts) -> Setup {
+    Setup {
+        contacts,
+        ..standing()
+    }
+}
+
+fn started(method: &str, setup: &Setup, motion: &Motion) -> Held {
+    started_of(&cheetah(), method, setup, motion)
+}
+
+fn started_of(robot: &Robot, method: &str, setup: &Setup, motion: &Motion) -> Held {
+    let mut plant = plant_of(robot, method, setup, &[]);
+    motion.set(&mut *plant);
+    Held::new(plant)
+}
+
+/// The robot, with joints of abduction.
+fn abducting() -> Robot {
+    let mut robot = cheetah();
+    for mount in &mut robot.legs {
+        mount.leg.abduction = Some(JOINT);
+    }
+    robot
+}
+
+#[test]
+fn a_trunk_rests_on_its_corners() {
+    let robot = cheetah();
+    let contact = robot.contact.unwrap();
+    let weight = GRAVITY * robot.trunk.mass;
+    // Four springs, half a toe region less.
+    let depth = weight / (4.0 * contact.stiffness) + 0.5 * contact.toe_region;
+    for (method, _) in PLANTS {
+        for (turn, half) in [
+            (Vector3::zeros(), 0.5 * robot.trunk.size[2]),
+            (
+                Vector3::x() * core::f64::consts::PI,
+                0.5 * robot.trunk.size[2],
+            ),
+            (
+                Vector3::x() * core::f64::consts::FRAC_PI_2,
+                0.5 * robot.trunk.size[1],
+            ),
+            (
+                Vector3::y() * core::f64::consts::FRAC_PI_2,
+                0.5 * robot.trunk.size[0],
+            ),
+        ] {
+            let motion = Motion {
+                attitude: UnitQuaternion::from_scaled_axis(turn),
+                ..Motion::at(half + 5e-3)
+            };
+            let mut plant = started(method, &trunk(flat(0.6)), &motion);
+            plant.advance(1_500_000);
+            let height = plant.read("body/position")[2];
+            assert!(
+                (height - (half - depth)).abs() < 1e-6,
+                "{method} {turn}: {height}"
+            );
+            plant.plant.begin_window();
+            plant.advance(1_600_000);
+            let force = plant.vector("body/contact/force");
+            assert!(
+                (force - Vector3::z() * weight).norm() < 1e-3,
+                "{method}: {force}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_trunk_that_slides_stops_by_friction() {
+    let (robot, friction) = (cheetah(), 0.6);
+    let contact = robot.contact.unwrap();
+    let height = 0.5 * robot.trunk.size[2]
+        - GRAVITY * robot.trunk.mass / (4.0 * contact.stiffness)
+        - 0.5 * contact.toe_region;
+    let motion = Motion {
+        velocity: Vector3::new(0.8, 0.6, 0.0),
+        ..Motion::at(height)
+    };
+    let distance = 1.0 / (2.0 * friction * GRAVITY);
+    for (method, _) in PLANTS {
+        let mut plant = started(method, &trunk(flat(friction)), &motion);
+        plant.advance(500_000);
+        let moved = plant.vector("body/position");
+        let along = (moved.x * 0.8 + moved.y * 0.6) / distance;
+        // The bristles stretch first, and damping does not bear on them.
+        assert!((along - 1.0).abs() < 0.01, "{method}: {along}");
+        assert!(
+            (moved.y * 0.8 - moved.x * 0.6).abs() < 1e-3,
+            "{method}: {moved}"
+        );
+        let ice = Patch {
+            friction: 0.0,
+            extent: 0.01..9.0,
+            begin: SimTime::ZERO,
+            end: None,
+        };
+        let ground = flat(friction).with_patches(vec![ice]).unwrap();
+        let mut plant = started(method, &trunk(ground), &motion);
+        plant.advance(500_000);
+        let speed = plant.vector("body/velocity").norm();
+        let expected = libm::sqrt(1.0 - 2.0 * friction * GRAVITY * 0.01 / 0.8);
+        assert!(
+            (speed / expected - 1.0).abs() < 0.02,
+            "{method}: {speed} {expected}"
+        );
+    }
+}
+
+#[test]
+fn robots_that_fall_in_any_attitude_lie_on_the_ground() {
+    let locked = (cheetah(), Abduction::Locked);
+    let free = (abducting(), Abduction::Servos(servo(2.0)));
+    let cases = [locked, free]
+        .into_iter()
+        .flat_map(|case| PLANTS.map(|plant| (case.clone(), plant)));
+    for ((robot_file, abduction), (method, contacts)) in cases {
+        let half_height = 0.5 * robot_file.trunk.size[2];
+        for seed in 0..12 {
+            let motion = Motion::drawn(seed);
+            let setup = Setup {
+                abduction: abduction.clone(),
+                ..robot(contacts)
+            };
+            let mut plant = started_of(&robot_file, method, &setup, &motion);
+            plant.plant.begin_window();
+            plant.advance(2_000_000);
+            let name = format!("{method}, seed {seed}");
+            let balance = plant.plant.energy();
+            let residual = balance.residual / balance.exchanged;
+            assert!(residual.abs() < 1e-4, "{name}: {residual}");
+            assert!(balance.kinetic < 1e-3, "{name}: {}", balance.kinetic);
+            // Heights of the corners: none is in the ground by more than a millimetre or two.
+            let height = plant.read("body/position")[2];
+            assert!(height > half_height - 2e-3, "{name}: {height}");
+            // The ground has borne the weight, and has taken the initial momentum.
+            let mut force = plant.vector("body/contact/force");
+            for leg in LEGS {
+                force += plant.vector(&format!("leg/{leg}/foot/force"));
+                if contacts == Contacts::All {
+                    force += plant.vector(&format!("leg/{leg}/segments/force"));
+                }
+            }
+            let mass = robot_file.mass();
+            let taken = 2.0 * (force - Vector3::z() * robot_file.weight()) / mass;
+            // Legs move with the turning trunk: their centre of mass is within 2 cm of its own.
+            let error = (taken + motion.velocity).norm();
+            assert!(error < 0.07, "{name}: {error}");
+        }
+    }
+}
+
+#[test]
+fn robots_without_contact_of_the_trunk_sink_into_the_ground() {
+    for (method, _) in PLANTS {
+        let motion = Motion {
+            attitude: UnitQuaternion::from_scaled_axis(Vector3::x() * 3.0),
+            ..Motion::at(0.1)
+        };
+        let mut plant = started(method, &robot(Contacts::Feet), &motion);
+        plant.advance(400_000);
+        let height = plant.read("body/position")[2];
+        assert!(height < -0.02, "{method}: {height}");
+    }
+}
+
+#[test]
+fn a_knee_stops_at_a_wall() {
+    const WALL: f64 = 0.13;
+    let wall = Ground::new(Terrain::Levels(Levels::strip(WALL, 1.0, 1.0)), 0.6, 0.0).unwrap();
+    let motion = Motion {
+        velocity: Vector3::x(),
+        ..Motion::at(0.3)
+    };
+    let robot = cheetah();
+    let leg = &robot.legs[0];
+    // Depth of the knee in the wall after 40 ms, of a bent leg whose knee leads.
+    let knee = |contacts| {
+        let setup = Setup {
+            base: Base::Planar,
+            ground: Some(wall.clone()),
+            contacts,
+            start: StartPose {
+                q: [0.2, -0.9, 0.9],
+                rates: [0.0; 3],
+            }
+            .into(),
+            ..in_the_air(&["LF"])
+        };
+        let mut plant = started("lcp compliant", &setup, &motion);
+        plant.advance(40_000);
+        let angle = plant.read("leg/LF/angles")[0];
+        let forward = plant.read("body/position")[0];
+        forward + leg.hip[0] + leg.leg.l1 * libm::sin(angle) - WALL
+    };
+    let [free, stopped] = [Contacts::Feet, Contacts::All].map(knee);
+    // The spring stops the robot, at 1 m/s, within √(m/k).
+    let most = libm::sqrt(robot.mass() / robot.contact.unwrap().stiffness);
+    assert!(
+        free > 2.0 * most && stopped < most,
+        "{free} {stopped} {most}"
+    );
+}
+
+#[test]
+fn contacts_in_the_air_change_no_bit() {
+    for (method, contacts) in PLANTS {
+        let run = |contacts| {
+            let mut plant = Held::new(plant(method, &robot(contacts), &[]));
+            plant.advance(200_000);
+            (plant.read("body/position"), plant.plant.work())
+        };
+        assert_eq!(run(contacts), run(Contacts::Feet), "{method}");
+    }
+}
+
+#[test]
+fn corners_that_touch_are_events_and_part_of_snapshots() {
+    for (method, contacts) in PLANTS {
+        let motion = Motion::drawn(3);
+        let mut first = started(method, &robot(contacts), &motion);
+        first.plant.log_events(true);
+        let mut events = Vec::new();
+        for step in 1..300 {
+            first.advance(step * 2_000);
+            events.extend(first.plant.events().iter().cloned());
+        }
+        let reached = |name: &str| {
+            let mut all = events.iter();
+            all.any(|event| event.part.ends_with(name) && event.kind == PlantEventKind::Reached)
+        };
+        assert!(
+            reached("body/lower-corner") || reached("body/upper-corner"),
+            "{method}"
+        );
+        let saved = first.plant.save();
+        let mut second = started(method, &robot(contacts), &motion);
+        second.plant.restore(&saved).unwrap();
+        for plant in [&mut first, &mut second] {
+            plant.advance(800_000);
+        }
+        assert_eq!(
+            first.read("body/position"),
+            second.read("body/position"),
+            "{method}"
+        );
+        assert_eq!(first.plant.energy(), second.plant.energy(), "{method}");
+    }
+}
