@@ -3,6 +3,7 @@
 #![cfg(any(feature = "mujoco", feature = "rapier"))]
 
 mod branches;
+mod contacts;
 #[cfg(feature = "mujoco")]
 mod identification;
 mod pushes;

@@ -46,9 +46,9 @@
 //! # }
 //! ```
 //!
-//! Not modelled: hip abduction with rigid constraints or toe joints, bending of segments,
-//! collisions of other parts than the feet, the electronics of the drives, and the reaction of a
-//! drive's rotor on the trunk, which is small behind a gear.
+//! Not modelled: hip abduction, and contact of other parts than the feet, with rigid constraints or
+//! toe joints; bending of segments, collisions of the robot with itself, the electronics of the
+//! drives, and the reaction of a drive's rotor on the trunk, which is small behind a gear.
 #![doc = include_str!("../README.md")]
 #![allow(
     clippy::needless_range_loop,

@@ -38,8 +38,9 @@
 //!
 //! Not modelled: inertia of the segments (the full plant has it), ankles folded up to the second
 //! segment (where hip and foot do not determine the pose; a stop precedes it), the toe (its spring
-//! stays unloaded under a point foot), abduction of the hips with rigid constraints, collisions
-//! other than of the feet, and the drives' electronics.
+//! stays unloaded under a point foot), abduction of the hips and contact of the trunk with
+//! rigid constraints, contact of knees and ankles, collisions of the robot with itself, and the
+//! drives' electronics.
 #![doc = include_str!("../README.md")]
 #![allow(
     clippy::inline_always,

@@ -41,10 +41,12 @@ function pose(figure, t) {
       points: points.map(inWorld),
       force: leg.force && between(times, leg.force, t),
       push: leg.push && between(times, leg.push, t),
+      segments: leg.segments && between(times, leg.segments, t),
     };
   });
   const push = figure.push && between(times, figure.push, t);
-  return { at: [x, y, z], quaternion, inWorld, legs, push };
+  const contact = figure.contact && between(times, figure.contact, t);
+  return { at: [x, y, z], quaternion, inWorld, legs, push, contact };
 }
 
 // Views: horizontal and vertical coordinate of a point relative to the trunk, and whether z is up.
@@ -146,8 +148,10 @@ class Figure {
     };
     for (const leg of now.legs) {
       if (leg.force) arrow(leg.points[3], leg.force, colour("--ink"));
+      if (leg.segments) arrow(leg.points[2], leg.segments, colour("--ink"));
       if (leg.push) arrow(leg.points[3], leg.push, colour("--bad"));
     }
+    if (now.contact) arrow(now.at, now.contact, colour("--ink"));
     if (now.push) arrow(now.at, now.push, colour("--bad"));
   }
 

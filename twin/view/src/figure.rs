@@ -17,6 +17,8 @@ pub(crate) struct Figure {
     legs: Vec<Leg>,
     /// Force of pushes on the trunk \[N\], if there are any.
     push: Option<Vec<Column>>,
+    /// Force of the ground on the trunk \[N\], if there is any.
+    contact: Option<Vec<Column>>,
     ground: Option<Ground>,
     /// Weight of the robot \[N\], which scales the arrows; none if it is not known.
     weight: Option<f64>,
@@ -34,6 +36,8 @@ struct Leg {
     force: Option<Vec<Column>>,
     /// Force of pushes on the foot \[N\].
     push: Option<Vec<Column>>,
+    /// Force of the ground on knee and ankle \[N\], if there is any.
+    segments: Option<Vec<Column>>,
 }
 
 /// Height of the ground along the path of the robot.
@@ -93,6 +97,7 @@ impl Figure {
                     None => load(),
                 },
                 push: forces(columns, &signal::of_leg(&name, signal::PUSH_FORCE), 3),
+                segments: forces(columns, &signal::of_leg(&name, signal::SEGMENTS_FORCE), 3),
                 offsets: [0, 1, 2, 3].map(offset),
                 angles,
                 name,
@@ -105,6 +110,7 @@ impl Figure {
             trunk: trunk.iter().map(|numbers| columns.add(numbers)).collect(),
             legs,
             push: forces(columns, signal::BODY_PUSH_FORCE, 3),
+            contact: forces(columns, signal::BODY_CONTACT_FORCE, 3),
             weight: run.assembly().map(|assembly| assembly.scene().weight),
         }))
     }

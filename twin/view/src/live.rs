@@ -24,6 +24,8 @@ pub struct LiveFrame {
     pub force: Vec<[f64; 3]>,
     /// Force of pushes on the trunk \[N\].
     pub push: Option<[f64; 3]>,
+    /// Force of the ground on the trunk \[N\].
+    pub contact: Option<[f64; 3]>,
 }
 
 /// What does not change in the figure of a robot.
@@ -124,6 +126,8 @@ pub struct LivePoses {
     /// Legs, by name, with the places of their forces, or of their normal components.
     legs: Vec<(String, Option<Range<usize>>)>,
     push: Option<Range<usize>>,
+    /// Force of the ground on the trunk.
+    contact: Option<Range<usize>>,
 }
 
 impl LivePoses {
@@ -143,6 +147,7 @@ impl LivePoses {
         Some(Self {
             legs: legs.collect(),
             push: layout.find(signal::BODY_PUSH_FORCE),
+            contact: layout.find(signal::BODY_CONTACT_FORCE),
             sampler: FrameSampler::new(&skeleton, layout, SimDuration::from_nanos(1)),
             weight: assembly.scene().weight,
         })
@@ -162,16 +167,17 @@ impl LivePoses {
         };
         let force =
             |(_, place): &(_, Option<Range<usize>>)| place.as_ref().map_or([0.0; 3], vector);
+        let shown = |place: &Option<Range<usize>>| {
+            let force = place.as_ref().map(vector);
+            force.filter(|force| *force != [0.0; 3])
+        };
         Some(LiveFrame {
             t: now.as_secs_f64(),
             trunk: numbers[..NUMBERS].try_into().ok()?,
             angles: angles.collect(),
             force: self.legs.iter().map(force).collect(),
-            push: self
-                .push
-                .as_ref()
-                .map(vector)
-                .filter(|push| *push != [0.0; 3]),
+            push: shown(&self.push),
+            contact: shown(&self.contact),
         })
     }
 

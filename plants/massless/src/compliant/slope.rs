@@ -153,22 +153,6 @@ impl<L: Lanes> LegMotion<L> {
     }
 }
 
-/// Returns the force and the torque of pushes and of the ground on the trunk, if there are any.
-#[inline(always)]
-fn sum_on_trunk<L>(pushed: Option<&Pushed<L>>, lying: Option<&TrunkForce<L>>) -> Option<[f64; 6]> {
-    let Some(TrunkForce { wrench, .. }) = lying else {
-        return pushed.map(|pushed| pushed.trunk);
-    };
-    let mut sum = *wrench;
-    for (sum, push) in sum
-        .iter_mut()
-        .zip(pushed.map_or([0.0; 6], |pushed| pushed.trunk))
-    {
-        *sum += push;
-    }
-    Some(sum)
-}
-
 /// Right-hand side in a state, to be called from several places.
 pub(crate) struct Evaluation<'a, S: Simd, const A: usize, const B: usize> {
     pub(crate) simd: S,
@@ -221,7 +205,13 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
         let ground = self.ground(&trunk, &motion.point);
         let pushed = self.pushed(&trunk);
         let lying = if FREE { self.lying(&trunk) } else { None };
-        let on_trunk = sum_on_trunk(pushed.as_ref(), lying.as_ref());
+        let mut on_trunk = pushed.as_ref().map(|pushed| pushed.trunk);
+        if let Some(lying) = &lying {
+            let sum = on_trunk.get_or_insert([0.0; 6]);
+            for (sum, part) in sum.iter_mut().zip(lying.wrench) {
+                *sum += part;
+            }
+        }
         let [drift_x, drift_y, drift_z] = motion.drift(&trunk, frame.as_ref());
         let [fx, fz] = forces.foot;
         let [mut outer_x, mut outer_y, mut outer_z] = ground.force;

@@ -73,7 +73,7 @@ const FRAMES_MAX = 600;
 function withColumns(figure) {
   const axes = (count) => Array.from({ length: count }, () => []);
   const legs = figure.legs.map((leg) => ({ ...leg, angles: axes(3), force: axes(3) }));
-  return { ...figure, times: [], trunk: axes(7), push: axes(3), legs };
+  return { ...figure, times: [], trunk: axes(7), push: axes(3), contact: axes(3), legs };
 }
 
 function addFrame(figure, frame) {
@@ -81,6 +81,7 @@ function addFrame(figure, frame) {
   const rows = [
     [figure.trunk, frame.trunk],
     [figure.push, frame.push ?? [0, 0, 0]],
+    [figure.contact, frame.contact ?? [0, 0, 0]],
     ...figure.legs.flatMap((leg, i) => [
       [leg.angles, frame.angles[i] ?? [0, 0, 0]],
       [leg.force, frame.force?.[i] ?? [0, 0, 0]],
