@@ -24,7 +24,10 @@ fn scene_without_record_table_records_all_signals() {
     assert_eq!(scene.recorded.len(), 2 + 9 * 4);
     assert_eq!(
         left_out(&text("")),
-        ["bus, packets and boards: there is no [bus]: signals go straight to the actuators"]
+        [
+            "contacts of trunk, knees and ankles: [plant] contacts = \"feet\"",
+            "bus, packets and boards: there is no [bus]: signals go straight to the actuators",
+        ]
     );
 }
 
