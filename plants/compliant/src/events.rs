@@ -148,8 +148,8 @@ impl EventLog {
     }
 
     /// Records the events of an accepted substep, its begin and duration, of the first `legs` legs,
-    /// and of the trunk, and returns their number. `compressed` has the compressed elements at both ends, `motion`
-    /// computes the elements there, and is called only for events that are logged.
+    /// and of the trunk, and returns their number. `compressed` has the compressed elements at both
+    /// ends, `motion` computes the elements there, and is called only for events that are logged.
     #[inline(always)]
     pub fn observe<L: Lanes>(
         &mut self,

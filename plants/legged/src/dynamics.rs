@@ -8,7 +8,7 @@ use twinrig_runtime::{PlantEvent, PlantState, WorkCounts};
 
 use crate::error::LeggedError;
 use crate::external_load::StepLoad;
-use crate::ground_friction::Friction;
+use crate::friction::Friction;
 use crate::posture::Posture;
 use crate::readings::Readings;
 use crate::setup::Setup;

@@ -1,21 +1,12 @@
 //! Friction on ground with patches.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 use twinrig_contact::Ground;
 use twinrig_kernel::SimTime;
 
 use crate::LEGS;
 use crate::dynamics::Dynamics;
-
-/// Coefficients of friction \[1\].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Friction {
-    /// Those of each leg, at its foot, also for knee and ankle.
-    pub legs: [f64; LEGS],
-    /// That of the trunk, at its centre of mass.
-    pub trunk: f64,
-}
+use crate::friction::Friction;
 
 /// Coefficients of friction that change. Steps end where a patch begins or ends in time; within a
 /// step the friction of a part is that at its place at the beginning of the step.

@@ -11,7 +11,8 @@ use twinrig_runtime::{
 use crate::assembly::AssemblyWatch;
 use crate::dynamics::{Dynamics, FromRobot, PartFault};
 use crate::error::LeggedError;
-use crate::ground_friction::{Friction, GroundFriction};
+use crate::friction::Friction;
+use crate::ground_friction::GroundFriction;
 use crate::limits::{Excesses, Limits};
 use crate::push::Push;
 use crate::push_schedule::PushSchedule;

@@ -3,7 +3,6 @@
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
 use twinrig_legged::{Base, DriveModels};
 
-use crate::body_points::{BodyPoint, Place};
 use crate::engine::EngineError;
 use crate::model::Model;
 use crate::options::Coordinates;
@@ -21,6 +20,23 @@ pub(crate) struct Addresses {
     pub(crate) legs: Vec<LegAddresses>,
     /// Contact points of trunk, knees and ankles, if they have contact.
     pub(crate) body: Vec<BodyPoint>,
+}
+
+/// Place of a contact point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Place {
+    /// Lower end of the first or the second segment of a leg.
+    Joint { leg: usize, segment: usize },
+    /// Corner of the trunk, trunk axes \[m\].
+    Corner([f64; 3]),
+}
+
+/// Contact point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyPoint {
+    /// Its geom.
+    pub(crate) geom: usize,
+    pub(crate) place: Place,
 }
 
 /// Addresses of a leg.

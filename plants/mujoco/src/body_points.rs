@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use twinrig_legged::LEGS;
 
-use crate::addresses::Addresses;
+use crate::addresses::{BodyPoint, Place};
 use crate::engine::Engine;
 use crate::frame::{LegFrame, TrunkFrame, spatial};
 use crate::leg_forces::contact_force;
@@ -12,23 +12,6 @@ use crate::model::Model;
 
 /// Greatest number of points: two of each leg, and the corners of the trunk.
 pub(crate) const POINTS: usize = 2 * LEGS + 8;
-
-/// Place of a contact point.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Place {
-    /// Lower end of the first or the second segment of a leg.
-    Joint { leg: usize, segment: usize },
-    /// Corner of the trunk, trunk axes \[m\].
-    Corner([f64; 3]),
-}
-
-/// Contact point.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BodyPoint {
-    /// Its geom.
-    pub(crate) geom: usize,
-    pub(crate) place: Place,
-}
 
 impl Place {
     /// Returns the leg of the point, if it is on one.
@@ -72,12 +55,12 @@ pub(crate) type PointVelocities = [[f64; 3]; POINTS];
 /// Returns the velocities of all points.
 pub(crate) fn velocities(
     model: &Model,
-    at: &Addresses,
+    points: &[BodyPoint],
     trunk: &TrunkFrame,
     legs: &[Option<LegFrame>; LEGS],
 ) -> PointVelocities {
     let mut all = [[0.0; 3]; POINTS];
-    for (velocity, point) in all.iter_mut().zip(&at.body) {
+    for (velocity, point) in all.iter_mut().zip(points) {
         let [_, moved] = point.place.motion(model, trunk, legs);
         *velocity = moved.into();
     }
@@ -99,11 +82,11 @@ impl BodyForces {
     /// forces, and of friction \[W\].
     pub(crate) fn new(
         engine: &Engine,
-        at: &Addresses,
+        points: &[BodyPoint],
         velocities: &PointVelocities,
     ) -> (Self, [f64; 2]) {
         let (mut forces, mut powers) = (Self::default(), [0.0; 2]);
-        if at.body.is_empty() {
+        if points.is_empty() {
             return (forces, powers);
         }
         for (id, contact) in engine.data().contact().iter().enumerate() {
@@ -111,10 +94,10 @@ impl BodyForces {
                 let mut geoms = contact.geom.iter();
                 geoms.any(|geom| usize::try_from(*geom) == Ok(point.geom))
             };
-            let Some(index) = at.body.iter().position(is_of) else {
+            let Some(index) = points.iter().position(is_of) else {
                 continue;
             };
-            let BodyPoint { geom, place } = at.body[index];
+            let BodyPoint { geom, place } = points[index];
             let parts = contact_force(engine, id, geom);
             let sum = match place.leg() {
                 Some(leg) => &mut forces.segments[leg],

@@ -364,14 +364,14 @@ impl Flow {
         for (mean, forces) in self.forces.iter_mut().zip(forces) {
             mean.add(share, forces);
         }
-        let (body, of_body) = BodyForces::new(&self.engine, &self.at, points);
+        let (body, of_body) = BodyForces::new(&self.engine, &self.at.body, points);
         self.body_forces.add(share, &body);
         let powers = Powers::new(&self.model, forces, rates, of_body, constraints);
         powers.add_work(share * seconds, &mut self.ledger);
     }
 
     fn point_velocities(&self) -> PointVelocities {
-        body_points::velocities(&self.model, &self.at, &self.trunk, &self.legs)
+        body_points::velocities(&self.model, &self.at.body, &self.trunk, &self.legs)
     }
 
     fn rates(&self) -> [LegRates; LEGS] {

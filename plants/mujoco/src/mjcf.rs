@@ -14,8 +14,9 @@ use twinrig_legged::{Base, Posture};
 use twinrig_robot::{GRAVITY, Robot};
 
 use self::sections::{Sections, line, triple};
+use self::shape::contact_point;
 use crate::addresses::corner_name;
-use crate::model::{FOOT_RADIUS, Model, escaped};
+use crate::model::{Model, escaped};
 use crate::options::{Coordinates, MujocoError, Numerics, Options, TimeConstant};
 
 /// Returns the robot as a readable MJCF model in one file, as the plant [`Mujoco`](crate::Mujoco)
@@ -189,15 +190,6 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
         }
     }
     line!(to.world, "    </body>");
-}
-
-/// Returns the geom of a contact point.
-fn contact_point(name: &str, place: &[f64], friction: f64) -> String {
-    let place = triple(place);
-    format!(
-        "        <geom name=\"{name}\" type=\"sphere\" pos=\"{place}\" size=\"{FOOT_RADIUS}\" mass=\"0\" \
-         friction=\"{friction} 0 0\" contype=\"1\" conaffinity=\"0\"/>\n"
-    )
 }
 
 /// Returns mass, centre of mass and inertia of the trunk with its payloads.

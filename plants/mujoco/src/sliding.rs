@@ -9,8 +9,7 @@
 use nalgebra::Vector3;
 use twinrig_legged::LEGS;
 
-use crate::addresses::LegAddresses;
-use crate::body_points::Place;
+use crate::addresses::{LegAddresses, Place};
 use crate::flow::{CONTACTS, Flow, FlowFault};
 use crate::frame::{LegFrame, TrunkFrame, spatial};
 use crate::options::{Cone, TimeConstant};

@@ -13,13 +13,11 @@ use rapier3d_f64::math::{Pose, Rotation, Vector};
 use serde::{Deserialize, Serialize};
 use twinrig_legged::{Base, LegPosture, Posture};
 
+use crate::body_colliders::{self, BodyHandles};
 use crate::conversion::{link_attitude, rotation, to_engine};
-use crate::model::{CABLE, KNEE_STOPS, Leg, Model, Point, ROPES, TRUNK};
+use crate::model::{BodyPoint, CABLE, FOOT, KNEE_STOPS, Leg, Model, Point, ROPES, TRUNK};
 use crate::options::{Joints, Options};
 use crate::world::Sets;
-
-/// Radius of the ball that represents a foot; the ground is lowered by it \[m\].
-pub(crate) const FOOT: f64 = 1e-4;
 
 /// Axis of the joints on the trunk; positive angles swing forward.
 pub(crate) const AXIS: Vector = Vector::new(0.0, -1.0, 0.0);
@@ -32,6 +30,8 @@ const KNEE: usize = 1;
 pub(crate) struct Handles {
     pub(crate) trunk: RigidBodyHandle,
     pub(crate) legs: Vec<LegHandles>,
+    /// Contact of trunk, knees and ankles, if they have any.
+    pub(crate) body: Option<BodyHandles>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -95,9 +95,17 @@ pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (
     if options.joints == Joints::Multibody {
         set_tree_posture(model, posture, &trunk, handle, &mut sets);
     }
+    let body_of = |point: &BodyPoint| {
+        let leg = point.leg.map(|leg| &legs[leg]);
+        leg.map_or(handle, |leg: &LegHandles| {
+            leg.body(handle, point.point.body)
+        })
+    };
+    let body = body_colliders::insert(model, body_of, &mut sets);
     let handles = Handles {
         trunk: handle,
         legs,
+        body,
     };
     if options.step_only {
         insert_springs(model, &handles, &mut sets);

@@ -132,12 +132,15 @@
 //!
 //! # Limits
 //!
-//! Not modelled are toe joints (the foot is a point at the end of the third segment), collisions of
-//! anything but feet, the wall of a step of the terrain, and events at their exact instants. The
-//! engine promises the same bits on every machine; this is not tested here.
+//! Not modelled are toe joints (the foot is a point at the end of the third segment), contact
+//! of trunk, knees and ankles with ground that is not flat, the wall of a step of the terrain, and
+//! events at their exact instants. The engine promises the same bits on every machine; this is not
+//! tested here.
 #![doc = include_str!("../README.md")]
 
 mod assembly;
+mod body;
+mod body_colliders;
 mod contact;
 mod conversion;
 mod divergence;

@@ -1,12 +1,15 @@
 //! Bodies of the robot and points on them.
 
 use rapier3d_f64::math::Vector;
-use twinrig_contact::Ground;
-use twinrig_legged::{Base, DriveModels, Drives, Segment, positive};
+use twinrig_contact::{Ground, Terrain};
+use twinrig_legged::{Base, Contacts, DriveModels, Drives, Segment, Setup, positive};
 use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{LegMount, Robot};
 
 use crate::options::{Joints, Options, RapierError};
+
+/// Radius of the ball that represents a contact point; the ground is lowered by it \[m\].
+pub(crate) const FOOT: f64 = 1e-4;
 
 /// Index of the trunk in place of a segment's.
 pub(crate) const TRUNK: usize = 3;
@@ -76,6 +79,13 @@ pub(crate) struct Leg {
     pub(crate) diagonal_min: f64,
 }
 
+/// Contact point: its leg, if it is on one, and its place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BodyPoint {
+    pub(crate) leg: Option<usize>,
+    pub(crate) point: Point,
+}
+
 /// The robot.
 #[derive(Debug, Clone)]
 pub(crate) struct Model {
@@ -83,6 +93,8 @@ pub(crate) struct Model {
     pub(crate) mass: f64,
     pub(crate) inertia: Vector,
     pub(crate) legs: Vec<Leg>,
+    /// Contact points of trunk, knees and ankles, if they have contact.
+    pub(crate) body: Vec<BodyPoint>,
     pub(crate) drives: Option<DriveModels>,
     pub(crate) ground: Option<Ground>,
 }
@@ -112,6 +124,7 @@ impl Model {
             base: setup.base,
             mass: robot.trunk.mass,
             inertia: Vector::from_array(robot.trunk.inertia),
+            body: body_points(robot, setup, &legs)?,
             legs,
             drives: setup.drive_models(robot)?,
             ground: setup.ground.clone(),
@@ -252,4 +265,42 @@ impl Leg {
         self.pantograph
             .cable_of_knee(self.pantograph.joints(angles).q2)
     }
+}
+
+/// Returns the contact points of a robot.
+fn body_points(robot: &Robot, setup: &Setup, legs: &[Leg]) -> Result<Vec<BodyPoint>, RapierError> {
+    let contacts = setup.reaching_contacts(robot)?;
+    if contacts == Contacts::Feet {
+        return Ok(Vec::new());
+    }
+    setup.contact(robot)?;
+    let is_flat = |ground: &Ground| matches!(ground.terrain, Terrain::Flat);
+    if !setup.ground.as_ref().is_some_and(is_flat) {
+        return Err(RapierError::Contacts);
+    }
+    let mut points = Vec::new();
+    if setup.base != Base::Fixed {
+        points.extend(robot.trunk.corners().map(|corner| BodyPoint {
+            leg: None,
+            point: Point {
+                body: TRUNK,
+                at: Vector::from_array(corner),
+            },
+        }));
+    }
+    if contacts == Contacts::All {
+        for (i, leg) in legs.iter().enumerate() {
+            points.extend([0, 1].map(|body| {
+                let segment = &leg.segments[body];
+                BodyPoint {
+                    leg: Some(i),
+                    point: Point {
+                        body,
+                        at: Vector::new(0.0, 0.0, segment.centre - segment.length),
+                    },
+                }
+            }));
+        }
+    }
+    Ok(points)
 }

@@ -246,6 +246,11 @@ pub enum RapierError {
          each body, which payloads move; take `mujoco` or `lcp`, or leave the payloads out"
     )]
     Payload,
+    /// Trunk, knees or ankles have contact with ground that is not flat.
+    #[error(
+        "trunk, knees and ankles have contact on flat ground only: take `contacts = \"feet\"`, or the plant `mujoco` or `lcp`"
+    )]
+    Contacts,
     /// The axial share of inertia is not positive.
     #[error("the axial share of the segments' inertia is {0}; it has to be positive")]
     AxialShare(f64),

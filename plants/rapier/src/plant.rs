@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_legged::{
-    DriveModels, Dynamics, Friction, FromRobot, LEGS, LegPosture, LeggedPlant, PartFault, Posture,
-    Setup, StepInputs, StepLoad,
+    DriveModels, Dynamics, Friction, FromRobot, LegPosture, LeggedPlant, PartFault, Posture, Setup,
+    StepInputs, StepLoad,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -36,7 +36,6 @@ impl FromRobot for Machine {
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, RapierError> {
         options.setup.check_locked("`rapier`")?;
-        options.setup.check_feet_only("`rapier`")?;
         Self::new(robot, options).map(Box::new)
     }
 }
@@ -79,13 +78,14 @@ impl Dynamics for Machine {
     }
 
     fn set_friction(&mut self, friction: &Friction) {
-        for (leg, friction) in self.handles.legs.iter().zip(friction.legs) {
+        for (leg, of_leg) in self.handles.legs.iter().zip(friction.legs) {
             for collider in leg.contact.iter().flatten() {
                 if let Some(collider) = self.world.sets.colliders.get_mut(*collider) {
-                    collider.set_friction(friction);
+                    collider.set_friction(of_leg);
                 }
             }
         }
+        self.set_body_friction(&friction.legs, friction.trunk);
     }
 
     fn set_load(&mut self, load: &StepLoad) {
@@ -113,7 +113,7 @@ impl Dynamics for Machine {
     }
 
     fn constraint_violation(&self) -> Option<f64> {
-        Some(self.violation())
+        Some(self.violation().max(self.body_depth()))
     }
 
     fn save(&self) -> SavedMachine {

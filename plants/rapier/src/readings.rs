@@ -86,4 +86,12 @@ impl Readings for Machine {
     fn ground_impulse(&self, leg: usize) -> [f64; 3] {
         self.state.legs[leg].ground
     }
+
+    fn segments_impulse(&self, leg: usize) -> [f64; 3] {
+        self.state.body.segments[leg]
+    }
+
+    fn trunk_impulse(&self) -> [f64; 3] {
+        self.state.body.trunk
+    }
 }

@@ -2,7 +2,7 @@
 
 use rapier3d_f64::math::{Pose, Vector};
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{DriveModels, Ledger, LegPosture, Posture, StepLoad, Stored};
+use twinrig_legged::{DriveModels, LEGS, Ledger, LegPosture, Posture, StepLoad, Stored};
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::WorkCounts;
 
@@ -95,10 +95,20 @@ pub(crate) struct LegState {
     pub(crate) ground: [f64; 3],
 }
 
+/// Impulses of the ground since the start, world frame \[N·s\].
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub(crate) struct BodyImpulses {
+    /// On knee and ankle of each leg.
+    pub(crate) segments: [[f64; 3]; LEGS],
+    /// On the trunk.
+    pub(crate) trunk: [f64; 3],
+}
+
 /// State of the robot beyond the engine's sets.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct State {
     pub(crate) legs: Vec<LegState>,
+    pub(crate) body: BodyImpulses,
     pub(crate) ledger: Ledger,
     pub(crate) counts: WorkCounts,
     /// Whether a foot landed in the last step.

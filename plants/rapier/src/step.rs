@@ -9,11 +9,10 @@ use rapier3d_f64::dynamics::{JointAxesMask, MotorModel, RigidBodyHandle};
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use twinrig_contact::Terrain;
 
-use crate::assembly::FOOT;
 use crate::conversion::{to_engine, to_nalgebra};
 use crate::divergence::Divergence;
 use crate::drives::{Effort, StepTiming, kinds};
-use crate::model::{CABLE, ROPES};
+use crate::model::{CABLE, FOOT, ROPES};
 use crate::options::Joints;
 use crate::robot::{Machine, View};
 use crate::rope::{LINEAR, RopeStep};
@@ -60,6 +59,7 @@ impl Machine {
         for (leg, before) in before.iter().enumerate() {
             self.prepare(leg, before, timing);
         }
+        let body = self.body_velocities();
         let pushed = self.push(timing);
         if !self.world.step(seconds, share) {
             return Err(Divergence::not_finite());
@@ -72,6 +72,7 @@ impl Machine {
         for (leg, before) in before.iter().enumerate() {
             self.finish(leg, before, timing);
         }
+        self.finish_body(&body);
         let stored = self.stored();
         self.state.ledger.close_step(stored);
         let counts = &mut self.state.counts;

@@ -79,8 +79,8 @@ record! {
             }), 3),
             inertia,
         ),
-        /// Length, width and height of the box about the centre of mass, for display and for contact
-        /// points \[m\].
+        /// Length, width and height of the box about the centre of mass, for display and contact
+        /// \[m\].
         pub size: [f64; 3] = Type::new(
             Shape::list(&Shape::One(Accepts::Quantity {
                 unit: Unit::Meter, range: ranges::LENGTH,

@@ -4,9 +4,8 @@ use core::fmt::Write;
 
 use twinrig_legged::Segment;
 
-use super::contact_point;
 use super::sections::{Sections, line, triple};
-use crate::model::LegModel;
+use crate::model::{FOOT_RADIUS, LegModel};
 
 /// The three segments from the hip down.
 pub(super) const SEGMENTS: [&str; 3] = ["upper", "middle", "lower"];
@@ -75,6 +74,15 @@ pub(super) fn write(leg: &LegModel, index: usize, placement: SegmentPlacement, t
             to.world.push_str(&point);
         }
     }
+}
+
+/// Returns the geom of a contact point.
+pub(super) fn contact_point(name: &str, place: &[f64], friction: f64) -> String {
+    let place = triple(place);
+    format!(
+        "        <geom name=\"{name}\" type=\"sphere\" pos=\"{place}\" size=\"{FOOT_RADIUS}\" mass=\"0\" \
+         friction=\"{friction} 0 0\" contype=\"1\" conaffinity=\"0\"/>\n"
+    )
 }
 
 /// Placement of a segment in the frame of its body.

@@ -22,7 +22,7 @@ fn exported_robot_is_imported_and_nothing_is_overwritten() {
     let words = ["import", "urdf", &model, "--name", "Cub", "--out", &out];
     let done = twin(&words);
     assert_eq!((done.code, done.err.as_str()), (0, ""));
-    let said = format!("written {out}: 24 entries from {model}, 17 ASSUMED\n");
+    let said = format!("written {out}: 24 entries from {model}, 21 ASSUMED\n");
     assert!(done.out.starts_with(&said), "{}", done.out);
     let text = fs::read_to_string(&out).unwrap();
     assert!(text.contains("\nname = \"Cub\"\n"), "{text}");
