@@ -254,7 +254,7 @@ impl<L: Lanes> BodyPoints<L> {
         let zero = state.on_trunk.zero();
         let (mut force, mut torque, mut rates) = ([zero; 3], [zero; 3], state.corners);
         let (mut dissipated, mut compressed) = (zero, zero);
-        for level in 0..2 {
+        for (level, rate) in rates.iter_mut().enumerate() {
             let point = self.corner(level, trunk);
             let below = Below::new(simd, ground, trunk, &point);
             let pressed = touch(
@@ -271,7 +271,7 @@ impl<L: Lanes> BodyPoints<L> {
                 torque[1] + (z * fx - x * fz),
                 torque[2] + (x * fy - y * fx),
             ];
-            rates[level] = pressed.bristle_rate;
+            *rate = pressed.bristle_rate;
             dissipated += pressed.dissipated;
             compressed += if_compressed(CORNERS + level, pressed.depth);
         }

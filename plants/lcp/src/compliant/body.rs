@@ -88,15 +88,12 @@ pub(super) struct Body<'a, S: Simd, const N: usize, const P: usize, const A: usi
     pub(super) is_free: bool,
 }
 
-impl<S: Simd, const N: usize, const P: usize, const A: usize, const B: usize>
+impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usize, const B: usize>
     Body<'_, S, N, P, A, B>
 {
     /// Returns the points of a model, and their state, if there are any.
     #[inline(always)]
-    fn points(
-        &self,
-        model: &CompliantModel<N, A>,
-    ) -> Option<(BodyPoints<S::Lanes>, &BodyContact<S::Lanes>)> {
+    fn points(&self, model: &CompliantModel<N, A>) -> Option<(BodyPoints<L>, &BodyContact<L>)> {
         Some((
             model.body.as_ref()?.load(self.simd),
             self.state.body.first()?,
@@ -105,7 +102,7 @@ impl<S: Simd, const N: usize, const P: usize, const A: usize, const B: usize>
 
     /// Returns the energy of elements and bristles \[J\].
     #[inline(always)]
-    pub(super) fn energy(&self, model: &CompliantModel<N, A>) -> S::Lanes {
+    pub(super) fn energy(&self, model: &CompliantModel<N, A>) -> L {
         let mut energy = self.state.pulley.zero();
         let Some((points, contact)) = self.points(model) else {
             return energy;

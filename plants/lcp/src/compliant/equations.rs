@@ -63,7 +63,7 @@ pub(crate) fn initial<const N: usize, const P: usize, const A: usize, const B: u
     let model = Model::<N>::new(robot, &options.setup)?;
     let state = start_state(&model, robot, options)?;
     let compliances = options.setup.compliances(robot)?;
-    let model = CompliantModel::new(model, &compliances, joints, body.first().copied());
+    let model = CompliantModel::new(model, &compliances, joints, &body);
     Ok(Flow::new(
         CompliantEquations::new(model),
         compliant_state(&state),

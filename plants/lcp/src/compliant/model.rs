@@ -61,7 +61,7 @@ impl<const N: usize, const A: usize> CompliantModel<N, A> {
         model: Model<N>,
         compliances: &[Compliance],
         joints: [AbductionJoints<Quad>; A],
-        body: Option<BodyPoints<Quad>>,
+        body: &[BodyPoints<Quad>],
     ) -> Self {
         let friction = model.ground.as_ref().map_or(0.0, |ground| ground.friction);
         let mut constants: Vec<_> = model.legs.iter().map(|leg| leg.constants).collect();
@@ -80,7 +80,7 @@ impl<const N: usize, const A: usize> CompliantModel<N, A> {
             payload: model.trunk.payload,
             legs: Legs::side_by_side(&constants, compliances, friction, joints),
             drives: DriveLaws::from(model.drives.as_ref()),
-            body,
+            body: body.first().copied(),
             radius: 0.5 * model.reach,
             work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * model.trunk.mass),
             rigid: model,

@@ -35,7 +35,7 @@ fn compliant<const N: usize, const P: usize>(
     features: Features,
 ) -> CompliantFlow<N, P, 0, 0> {
     let compliances = vec![compliance; rigid.model.legs.len()];
-    let model = CompliantModel::new(rigid.model.clone(), &compliances, [], None);
+    let model = CompliantModel::new(rigid.model.clone(), &compliances, [], &[]);
     let state = compliant_state(&rigid.run.state);
     CompliantFlow::new(CompliantEquations::new(model), state, tolerance, features)
 }

@@ -6,6 +6,7 @@ use twinrig_compliant::{Below, Depths, Joints, TrunkMotion, Turns};
 use twinrig_legged::{Base, Stored};
 use twinrig_robot::GRAVITY;
 
+use super::body::Corners;
 use super::model::CompliantModel;
 use super::slope::{ANKLE, LegMotion, in_line};
 use super::state::State;
@@ -39,8 +40,8 @@ impl<const A: usize, const B: usize> Kernel for StoredEnergy<'_, A, B> {
             let below = Below::new(simd, ground, &trunk, &motion.point);
             springs += legs.sole.energy(-below.gap, state.bristle);
         }
-        if let Some((points, ground, contact)) = model.lying(simd, &state) {
-            springs += points.energy_of_trunk(simd, (ground, &trunk), contact);
+        if let Some(corners) = Corners::new(simd, model, &state) {
+            springs += corners.energy(simd, &trunk);
         }
         let [ux, uy, uz] = motion.point.velocity;
         let [hip, knee] = model.drives.inertias();
@@ -108,9 +109,9 @@ impl<const A: usize, const B: usize> Kernel for Elements<'_, A, B> {
             let stop = joints.resistance(joint.angle, joint.rate);
             motion.set(ABDUCTION, count, stop.depth, stop.depth_rate);
         }
-        if let Some((points, ground, _)) = model.lying(simd, &state) {
+        if let Some(corners) = Corners::new(simd, model, &state) {
             for level in 0..2 {
-                let [depth, rate] = points.motion_of_corners(simd, (ground, &trunk), level);
+                let [depth, rate] = corners.motion(simd, &trunk, level);
                 motion.set(CORNERS + level, LANES, depth, rate);
             }
         }

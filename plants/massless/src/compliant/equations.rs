@@ -74,8 +74,7 @@ pub(crate) fn initial<const A: usize, const B: usize>(
         .map(|(mount, leg)| PantographConstants::new(&mount.leg, &leg.pantograph))
         .collect();
     let compliances = setup.compliances(robot)?;
-    let body = body.first().copied();
-    let model = CompliantModel::new(model, &pantographs, &compliances, joints, body);
+    let model = CompliantModel::new(model, &pantographs, &compliances, joints, &body);
     let mut state = State::at_rest();
     state.position = Quad::of_three(rigid.position().into());
     for (i, angles) in angles.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Compliant constraints.
 
+mod body;
 mod energy;
 mod equations;
 mod mode;

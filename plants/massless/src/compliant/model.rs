@@ -2,11 +2,10 @@
 
 use twinrig_compliant::lanes::{LANES, Lanes, Quad, Simd};
 use twinrig_compliant::{
-    AbductionJoints, BodyContact, BodyPoints, DriveLaws, Element, LegFrame, PantographConstants,
-    Pantographs, Sole, StepControl, TrunkMotion,
+    AbductionJoints, BodyPoints, DriveLaws, Element, LegFrame, PantographConstants, Pantographs,
+    Sole, StepControl, TrunkMotion,
 };
-use twinrig_contact::Ground;
-use twinrig_legged::{Base, Friction};
+use twinrig_legged::Friction;
 use twinrig_robot::{Compliance, GRAVITY};
 
 use super::state::State;
@@ -54,7 +53,7 @@ impl<const A: usize> CompliantModel<A> {
         pantographs: &[PantographConstants<3>],
         compliances: &[Compliance],
         joints: [AbductionJoints<Quad>; A],
-        body: Option<BodyPoints<Quad>>,
+        body: &[BodyPoints<Quad>],
     ) -> Self {
         let joints = joints.map(|joints| joints.about(model.centre.into()));
         let feet = model.legs.iter().map(|leg| leg.mass).sum::<f64>();
@@ -62,26 +61,12 @@ impl<const A: usize> CompliantModel<A> {
             legs: Legs::side_by_side(&model, pantographs, compliances, joints),
             drives: DriveLaws::from(model.drives.as_ref()),
             trunk: TrunkConstants::new(&model, feet),
-            body: body.map(|points| points.about(model.centre.into())),
+            body: body.first().map(|points| points.about(model.centre.into())),
             mass: model.mass + feet,
             work_to_length: StepControl::WORK_WEIGHT / (GRAVITY * (model.mass + feet)),
             radius: 0.5 * model.reach,
             rigid: model,
         }
-    }
-
-    /// Returns the corners of a trunk that moves, the ground below them, and their state, if they
-    /// have contact.
-    #[inline(always)]
-    pub(crate) fn lying<'a, S: Simd, const B: usize>(
-        &'a self,
-        simd: S,
-        state: &'a State<S::Lanes, A, B>,
-    ) -> Option<(BodyPoints<S::Lanes>, &'a Ground, &'a BodyContact<S::Lanes>)> {
-        let contact = state.body.first()?;
-        let (points, ground) = (self.body.as_ref()?, self.rigid.ground.as_ref()?);
-        let moves = self.rigid.base != Base::Fixed;
-        moves.then(|| (points.load(simd), ground, contact))
     }
 
     /// Sets the coefficients of friction.

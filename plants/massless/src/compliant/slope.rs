@@ -17,12 +17,13 @@ use twinrig_compliant::frame::{cross, into_world, quaternion_rate};
 use twinrig_compliant::lanes::{Lanes, Quad, Simd, Task};
 use twinrig_compliant::stop::{LEAST, barrier};
 use twinrig_compliant::{
-    Below, BodyContact, Commands, DriveLaws, Flows, Footforce, Internal, JointMotion, JointState,
-    Joints, LegBody, LegFrame, Limited, Point, Pushed, TrunkForce, TrunkMotion, Turns, broadcast,
+    Below, Commands, DriveLaws, Flows, Footforce, Internal, JointMotion, JointState, Joints,
+    LegBody, LegFrame, Limited, Point, Pushed, TrunkForce, TrunkMotion, Turns, broadcast,
 };
 use twinrig_legged::{Base, StepLoad};
 use twinrig_robot::GRAVITY;
 
+use super::body::{Corners, slope_under};
 use super::model::{CompliantModel, Legs};
 use super::state::{Slope, State};
 use super::trunk::{TrunkConstants, TrunkSums};
@@ -153,6 +154,22 @@ impl<L: Lanes> LegMotion<L> {
     }
 }
 
+/// Returns the force and the torque of pushes and of the ground on the trunk, if there are any.
+#[inline(always)]
+fn sum_on_trunk<L>(
+    pushed: Option<&Pushed<L>>,
+    on_corners: Option<&TrunkForce<L>>,
+) -> Option<[f64; 6]> {
+    let mut sum = pushed.map(|pushed| pushed.trunk);
+    if let Some(force) = on_corners {
+        let sum = sum.get_or_insert([0.0; 6]);
+        for (sum, part) in sum.iter_mut().zip(force.wrench) {
+            *sum += part;
+        }
+    }
+    sum
+}
+
 /// Right-hand side in a state, to be called from several places.
 pub(crate) struct Evaluation<'a, S: Simd, const A: usize, const B: usize> {
     pub(crate) simd: S,
@@ -204,14 +221,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
         let forces = self.leg_forces(&turns, &motion);
         let ground = self.ground(&trunk, &motion.point);
         let pushed = self.pushed(&trunk);
-        let lying = if FREE { self.lying(&trunk) } else { None };
-        let mut on_trunk = pushed.as_ref().map(|pushed| pushed.trunk);
-        if let Some(lying) = &lying {
-            let sum = on_trunk.get_or_insert([0.0; 6]);
-            for (sum, part) in sum.iter_mut().zip(lying.wrench) {
-                *sum += part;
-            }
-        }
+        let corners = Corners::new(simd, self.model, state).filter(|_| FREE);
+        let on_corners = corners.map(|corners| corners.force(simd, &trunk));
+        let on_trunk = sum_on_trunk(pushed.as_ref(), on_corners.as_ref());
         let [drift_x, drift_y, drift_z] = motion.drift(&trunk, frame.as_ref());
         let [fx, fz] = forces.foot;
         let [mut outer_x, mut outer_y, mut outer_z] = ground.force;
@@ -248,16 +260,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
                 let limited = Some(limited);
                 return self.simd.call(Self { limited, ..*self });
             }
-            let [vx, vy, vz, roll, pitch, yaw] = accelerations;
-            rates = [
-                simd.load(Quad::of_three(into_world(&trunk.rotation, trunk.velocity))),
-                simd.load(Quad(quaternion_rate(
-                    state.attitude.quad().0,
-                    trunk.turning,
-                ))),
-                simd.load(Quad([vx, vy, vz, 0.0])),
-                simd.load(Quad([roll, pitch, yaw, 0.0])),
-            ];
+            rates = self.trunk_rates(&trunk, accelerations);
         }
         let [position, attitude, velocity, turning] = rates;
         let knee = legs.pantographs.pulley_radius * forces.tension;
@@ -265,13 +268,10 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
         let mut actuator = forces.hip * state.hip_rate + knee * state.pulley_rate;
         let mut dissipated = forces.dissipated + ground.dissipated;
         let mut compressed = forces.compressed + if_compressed(GROUND, ground.depth);
-        let (mut abduction, mut body) = (state.abduction, [BodyContact::all(zero); B]);
-        if let (Some(lying), Some(rates)) = (&lying, body.first_mut()) {
-            dissipated += lying.dissipated;
-            compressed += lying.compressed;
-            let [x, y, z] = lying.force_in_world;
-            rates.corners = lying.rates;
-            rates.on_trunk = simd.load(Quad([x, y, z, 0.0]));
+        let mut abduction = state.abduction;
+        if let Some(force) = &on_corners {
+            dissipated += force.dissipated;
+            compressed += force.compressed;
         }
         if let (Some(joint), Some(slope)) = (&joint, abduction.first_mut()) {
             if let Some(joints) = legs.joints.first() {
@@ -299,7 +299,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
                 foot,
                 bristle: ground.bristle_rate,
                 abduction,
-                body,
+                body: slope_under(simd, on_corners.as_ref()),
             },
             flows: Flows {
                 actuator,
@@ -454,11 +454,17 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
         Some((next, rounds.checked_sub(1).filter(|_| differs)?))
     }
 
-    /// Returns the force of the ground on the trunk, if it has contact and moves.
+    /// Returns the rates of position, attitude, velocity and angular velocity of the trunk.
     #[inline(always)]
-    fn lying(&self, trunk: &TrunkMotion) -> Option<TrunkForce<L>> {
-        let (points, ground, contact) = self.model.lying(self.simd, self.state)?;
-        Some(points.on_trunk(self.simd, (ground, trunk), contact))
+    fn trunk_rates(&self, trunk: &TrunkMotion, accelerations: [f64; 6]) -> [L; 4] {
+        let (simd, attitude) = (self.simd, self.state.attitude.quad().0);
+        let [vx, vy, vz, roll, pitch, yaw] = accelerations;
+        [
+            simd.load(Quad::of_three(into_world(&trunk.rotation, trunk.velocity))),
+            simd.load(Quad(quaternion_rate(attitude, trunk.turning))),
+            simd.load(Quad([vx, vy, vz, 0.0])),
+            simd.load(Quad([roll, pitch, yaw, 0.0])),
+        ]
     }
 
     /// Returns the forces of pushes.

@@ -93,8 +93,8 @@ impl Case {
             body: [],
         };
         let compliances = vec![compliance(); 4];
-        let model = CompliantModel::new(rigid.model.clone(), &compliances, [joints], None);
-        let of_locked = CompliantModel::new(rigid.model, &compliances, [], None);
+        let model = CompliantModel::new(rigid.model.clone(), &compliances, [joints], &[]);
+        let of_locked = CompliantModel::new(rigid.model, &compliances, [], &[]);
         let (tolerance, features) = (self.tolerance, Features::Detected);
         (
             Abducting::new(CompliantEquations::new(model), free, tolerance, features),
