@@ -23,6 +23,7 @@ examples! {
     "bench"
     "bench-faults"
     "bench-stall"
+    "fall"
     "first-contact"
     "hard-stop"
     "ice"

@@ -12,8 +12,8 @@ use super::forces::Equations;
 use super::model::{CompliantModel, Legs};
 use super::state::State;
 
-/// Contact of the body in one state.
-pub(super) struct Lying<L, const B: usize> {
+/// Slope of the contact of the body in one state.
+pub(super) struct BodySlope<L, const B: usize> {
     /// Rates of the bristles \[m/s\], and forces \[N\].
     pub(super) rates: [BodyContact<L>; B],
     /// Dissipated power \[W\].
@@ -27,22 +27,22 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
 {
     /// Adds the forces of the ground on trunk, knees and ankles, if they have contact.
     #[inline(always)]
-    pub(super) fn lie<const FREE: bool>(
+    pub(super) fn add_body_contact<const FREE: bool>(
         &self,
         ground: &Ground,
         turns: &Turns<L, N>,
         trunk: &TrunkMotion,
         equations: &mut Equations<L, N>,
-    ) -> Lying<L, B> {
+    ) -> BodySlope<L, B> {
         let (simd, state) = (self.simd, self.state);
         let zero = state.pulley.zero();
-        let mut lying = Lying {
+        let mut slope = BodySlope {
             rates: [BodyContact::all(zero); B],
             dissipated: zero,
             compressed: zero,
         };
         let (Some(points), Some(contact)) = (&self.model.body, state.body.first()) else {
-            return lying;
+            return slope;
         };
         let (points, at) = (points.load(simd), (ground, trunk));
         let mut rates = BodyContact::all(zero);
@@ -55,8 +55,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
             for (sum, force) in rates.on_legs.iter_mut().zip(pressed.force_in_world) {
                 *sum += force;
             }
-            lying.dissipated += pressed.dissipated;
-            lying.compressed += if_compressed([KNEE, ANKLE][joint], pressed.depth);
+            slope.dissipated += pressed.dissipated;
+            slope.compressed += if_compressed([KNEE, ANKLE][joint], pressed.depth);
         }
         if FREE && self.model.base != Base::Fixed {
             let pressed = points.on_trunk(simd, at, contact);
@@ -64,13 +64,13 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
             rates.corners = pressed.rates;
             let [x, y, z] = pressed.force_in_world;
             rates.on_trunk = simd.load(Quad([x, y, z, 0.0]));
-            lying.dissipated += pressed.dissipated;
-            lying.compressed += pressed.compressed;
+            slope.dissipated += pressed.dissipated;
+            slope.compressed += pressed.compressed;
         }
-        if let Some(first) = lying.rates.first_mut() {
+        if let Some(first) = slope.rates.first_mut() {
             *first = rates;
         }
-        lying
+        slope
     }
 }
 

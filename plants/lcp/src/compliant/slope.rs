@@ -199,10 +199,11 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
                 }
             }
             if B > 0 {
-                let lying = self.lie::<FREE>(terrain, &turns, &trunk, &mut equations);
-                body = lying.rates;
-                dissipated += lying.dissipated;
-                compressed += lying.compressed;
+                let contact =
+                    self.add_body_contact::<FREE>(terrain, &turns, &trunk, &mut equations);
+                body = contact.rates;
+                dissipated += contact.dissipated;
+                compressed += contact.compressed;
             }
         }
         let mut external = zero;

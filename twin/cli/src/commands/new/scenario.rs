@@ -22,6 +22,11 @@ const STEPS: f64 = 100.0;
 pub fn text(args: &NewArgs) -> Result<String, TwinError> {
     let robot = args.robot.as_deref().unwrap_or(ROBOT);
     let length = leg_length(robot, args)?;
+    let contacts = if has_contact(robot, args)? {
+        CONTACTS
+    } else {
+        ""
+    };
     // Rounded before they are added, so that the printed numbers agree.
     let tenths = |percent: f64| (percent * 0.01 * length * 1e4).round();
     let millimetres = |tenths: f64| format!("{:.1} mm", tenths * 0.1);
@@ -29,6 +34,7 @@ pub fn text(args: &NewArgs) -> Result<String, TwinError> {
     Ok(TEMPLATE
         .replace("@NAME@", &args.name)
         .replace("@ROBOT@", robot)
+        .replace("@CONTACTS@\n", contacts)
         .replace("@LENGTH@", &millimetres(tenths(100.0)))
         .replace("@SHARE_STRETCHED@", &STRETCHED_PERCENT.to_string())
         .replace("@STRETCHED@", &millimetres(stretched))
@@ -36,6 +42,15 @@ pub fn text(args: &NewArgs) -> Result<String, TwinError> {
         .replace("@STEP@", &format!("{:.3} mm", bend * 0.1 / STEPS))
         .replace("@STEPS@", &STEPS.to_string())
         .replace("@SLIP@", &millimetres(tenths(SLIP_PERCENT))))
+}
+
+/// Contact of the trunk, of a robot that has one.
+const CONTACTS: &str = "contacts = \"trunk\"            # it falls onto its trunk; \"all\" with knees and ankles, on \"lcp\"\n";
+
+/// Returns whether the file of a robot describes contacts beyond the feet.
+fn has_contact(name: &str, args: &NewArgs) -> Result<bool, TwinError> {
+    let robot = RobotFile::find(name, &args.folder)?.robot()?;
+    Ok(robot.contact.is_some())
 }
 
 /// Returns the length of the shortest stretched leg \[m\].
