@@ -4,12 +4,14 @@
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use twinrig::Registry;
 use twinrig_contact::{Ground, Levels, Patch, Terrain};
 use twinrig_kernel::{SimTime, stream};
 use twinrig_legged::{Abduction, Base, Contacts, Push, PushShape, PushTarget, Setup, StartPose};
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::{Plant, PlantEventKind, PlantState};
 use twinrig_testing::abduction::{JOINT, servo};
+use twinrig_tests::shipped;
 
 use crate::pushes::plants::{Held, cheetah, in_the_air, plant, plant_of, push, standing};
 
@@ -332,9 +334,65 @@ fn contacts_in_the_air_change_no_bit() {
     }
 }
 
+/// The hips of the file are at the height of the centre of mass, that of massless legs with them.
+#[test]
+fn a_robot_with_raised_hips_lies_on_its_back() {
+    let mut robot_file = cheetah();
+    for mount in &mut robot_file.legs {
+        mount.hip[2] = 0.02;
+    }
+    let contact = robot_file.contact.unwrap();
+    let depth = robot_file.weight() / (4.0 * contact.stiffness) + 0.5 * contact.toe_region;
+    let height = 0.5 * robot_file.trunk.size[2] - depth;
+    let motion = Motion {
+        attitude: UnitQuaternion::from_scaled_axis(Vector3::x() * core::f64::consts::PI),
+        ..Motion::at(height + 2e-3)
+    };
+    for (method, contacts) in PLANTS {
+        let plant = plant_of(&robot_file, method, &robot(contacts), &[]);
+        let mut plant = started(plant, &motion);
+        plant.advance(1_500_000);
+        let found = plant.read("body/position")[2];
+        assert!((found - height).abs() < 2e-5, "{method}: {found} {height}");
+    }
+}
+
+#[test]
+fn contacts_are_refused_where_they_are_not_modelled() {
+    let registry = Registry::standard();
+    let refusal = |settings: &[(&str, &str)]| {
+        let assembled = shipped(&registry, "fall.toml", settings);
+        let rig = assembled.and_then(|assembly| assembly.rig());
+        rig.map(|_| ()).unwrap_err().to_string()
+    };
+    let (all, lcp) = (("plant.contacts", "'all'"), ("plant.model", "'lcp'"));
+    let rigid = ("plant.constraints", "'rigid'");
+    for (text, part) in [
+        (
+            refusal(&[all]),
+            "`massless` has no contact at knees and ankles",
+        ),
+        (
+            refusal(&[rigid]),
+            "`massless` with rigid constraints has contact at the feet only",
+        ),
+        (
+            refusal(&[lcp, rigid]),
+            "`lcp` with rigid constraints has contact at the feet only",
+        ),
+        (
+            refusal(&[lcp, ("plant.toe", "true")]),
+            "`lcp` with toe joints has contact at the feet only",
+        ),
+    ] {
+        assert!(text.contains(part), "{text}");
+    }
+}
+
 #[test]
 fn corners_that_touch_are_events_and_part_of_snapshots() {
-    for (method, contacts) in PLANTS {
+    let trunk_alone = ("lcp compliant", Contacts::Trunk);
+    for (method, contacts) in PLANTS.into_iter().chain([trunk_alone]) {
         let motion = Motion::drawn(3);
         let mut first = started(plant(method, &robot(contacts), &[]), &motion);
         first.plant.log_events(true);
@@ -351,6 +409,11 @@ fn corners_that_touch_are_events_and_part_of_snapshots() {
             reached("body/lower-corner") || reached("body/upper-corner"),
             "{method}"
         );
+        let has_joints = contacts == Contacts::All;
+        assert_eq!(reached("knee-contact"), has_joints, "{method}");
+        // Depths of parts with contact alone: of corners and feet, millimetres.
+        let violation = first.plant.constraint_violation().unwrap();
+        assert!(violation < 3e-3, "{method}: {violation}");
         let saved = first.plant.save();
         let mut second = started(plant(method, &robot(contacts), &[]), &motion);
         second.plant.restore(&saved).unwrap();

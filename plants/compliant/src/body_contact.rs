@@ -108,6 +108,8 @@ pub struct BodyPoints<T> {
     corners: [[T; 3]; 2],
     trunk: Sole<T>,
     joints: Sole<T>,
+    /// Whether knees and ankles have contact.
+    pub has_joints: bool,
 }
 
 impl BodyPoints<Quad> {
@@ -136,6 +138,7 @@ impl BodyPoints<Quad> {
             corners: [level(0), level(LANES)],
             trunk: sole(LANES),
             joints: sole(joints),
+            has_joints: joints > 0,
         })
     }
 
@@ -166,6 +169,7 @@ impl BodyPoints<Quad> {
             ],
             trunk: self.trunk.load(simd),
             joints: self.joints.load(simd),
+            has_joints: self.has_joints,
         }
     }
 }
@@ -354,5 +358,63 @@ impl<L: Lanes> BodyPoints<L> {
         let point = self.corner(level, trunk);
         let below = Below::new(simd, ground, trunk, &point);
         [-below.gap, -below.gap_rate(point.velocity)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use twinrig_robot::OneSided;
+
+    use super::*;
+    use crate::friction::Approach;
+    use crate::lanes::{Features, Kernel, dispatch};
+
+    /// Rates of the bristles and dissipated power in the air, by the short way and by the law.
+    struct InTheAir {
+        sole: Sole<Quad>,
+        gap: Quad,
+        gap_rate: Quad,
+        slip: [Quad; 2],
+        bristle: [Quad; 2],
+    }
+
+    impl Kernel for InTheAir {
+        type Output = [[Quad; 3]; 2];
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> Self::Output {
+            let (sole, bristle) = (self.sole.load(simd), simd.load_all(&self.bristle));
+            let [x, y] = Sole::relaxation(bristle);
+            let short = [x, y, sole.relaxed_power(bristle)];
+            let grip = sole.grip(&Approach {
+                gap: simd.load(self.gap),
+                gap_rate: simd.load(self.gap_rate),
+                slip: simd.load_all(&self.slip),
+                bristle,
+            });
+            let [x, y] = grip.bristle_rate;
+            [short, [x, y, grip.dissipated]].map(|values| values.map(Lanes::quad))
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn short_way_in_the_air_is_the_law(
+            gap in 1e-9..0.1_f64, gap_rate in -5.0..5.0_f64,
+            slip in prop::array::uniform2(-3.0..3.0_f64),
+            bristle in prop::array::uniform2(-1e-3..1e-3_f64),
+        ) {
+            let side = OneSided { stiffness: 10e3, damping: 40.0, toe_region: 0.2e-3 };
+            let sole = Sole::new(Element::side_by_side([side; LANES]), 0.6, &[0.3e-3; LANES]);
+            let [short, law] = dispatch(Features::Detected, InTheAir {
+                sole,
+                gap: Quad::splat(gap),
+                gap_rate: Quad::splat(gap_rate),
+                slip: slip.map(Quad::splat),
+                bristle: bristle.map(Quad::splat),
+            });
+            prop_assert_eq!(short, law);
+        }
     }
 }

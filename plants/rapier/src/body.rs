@@ -30,12 +30,12 @@ impl Machine {
     /// Adds impulses and work of the ground on the contact points in the last step, which began at
     /// these velocities.
     pub(crate) fn finish_body(&mut self, before: &[Vector]) {
-        let Some(body) = self.handles.body.clone() else {
-            return;
-        };
         let after = self.body_velocities();
-        for (i, ball) in body.balls.into_iter().enumerate() {
-            let Some((normal, along)) = self.impulse_on(ball, body.floor) else {
+        for i in 0..self.model.body.len() {
+            let Some(body) = &self.handles.body else {
+                return;
+            };
+            let Some((normal, along)) = self.impulse_on(body.balls[i], body.floor) else {
                 continue;
             };
             let mean = 0.5 * (before[i] + after[i]);

@@ -47,6 +47,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         let (points, at) = (points.load(simd), (ground, trunk));
         let mut rates = BodyContact::all(zero);
         for joint in 0..2 {
+            if !points.has_joints {
+                break;
+            }
             let links = joint + 1;
             let end = end_of(self.legs, turns, state, links, equations.carriers(trunk));
             let pressed = points.on_joint(simd, at, &end.point, contact.joints[joint]);
@@ -109,6 +112,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         };
         let at = (self.ground, self.trunk);
         for joint in 0..2 {
+            if !points.has_joints {
+                break;
+            }
             let end = end_of(self.legs, self.turns, self.state, joint + 1, self.carriers);
             energy += points.energy_of_joint(self.simd, at, &end.point, contact.joints[joint]);
         }
@@ -131,6 +137,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         };
         let at = (self.ground, self.trunk);
         for (joint, element) in [KNEE, ANKLE].into_iter().enumerate() {
+            if !points.has_joints {
+                break;
+            }
             let end = end_of(self.legs, self.turns, self.state, joint + 1, self.carriers);
             let [depth, rate] = points.motion_of_joint(self.simd, at, &end.point);
             to.set(element, count, depth, rate);

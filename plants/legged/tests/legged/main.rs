@@ -1,5 +1,6 @@
 //! Tests of the signals and set-points of legged plants.
 
+mod contacts;
 mod fixture;
 mod plant;
 mod pushes;

@@ -9,7 +9,7 @@ use twinrig_legged::{
 use twinrig_robot::leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_robot::{Robot, RobotFile};
 
-fn robot() -> Robot {
+pub fn robot() -> Robot {
     let text = include_str!("../../../../robots/cheetah-cub.toml");
     let file = RobotFile::parse("cheetah-cub.toml", text).unwrap();
     file.robot().unwrap()
@@ -166,7 +166,7 @@ fn non_finite_start_is_rejected() {
     assert!(start.of_leg("LF", &leg).is_err());
 }
 
-fn setup(base: Base, legs: &[&str], ground: Option<Terrain>) -> Setup {
+pub fn setup(base: Base, legs: &[&str], ground: Option<Terrain>) -> Setup {
     Setup {
         base,
         legs: legs.iter().map(|leg| (*leg).to_owned()).collect(),
