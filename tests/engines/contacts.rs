@@ -6,6 +6,21 @@ use twinrig::{Assembly, Execution, Registry, Status, execute};
 
 use crate::{ENGINES, of_command_line};
 
+#[cfg(feature = "rapier")]
+#[test]
+fn rapier_refuses_contact_of_the_trunk_with_ground_that_is_not_flat() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/fall.toml");
+    let step = "{ profile = 'step-down', at = '9 m', height = '2 cm' }";
+    let settings = [("plant.model", "'rapier'"), ("plant.ground", step)];
+    let registry = Registry::standard();
+    let assembly = Assembly::builder(&registry)
+        .settings(&of_command_line(&settings))
+        .file(&path)
+        .unwrap();
+    let refusal = assembly.rig().map(|_| ()).unwrap_err().to_string();
+    assert!(refusal.contains("contact on flat ground only"), "{refusal}");
+}
+
 /// The robot of `fall.toml` tips over and lies on its trunk in every engine, as in our own plants.
 #[test]
 fn a_robot_that_falls_lies_on_the_ground() {

@@ -7,7 +7,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use twinrig::Registry;
 use twinrig_contact::{Ground, Levels, Patch, Terrain};
 use twinrig_kernel::{SimTime, stream};
-use twinrig_legged::{Abduction, Base, Contacts, Push, PushShape, PushTarget, Setup, StartPose};
+use twinrig_legged::{
+    Abduction, Base, Contacts, Drives, Push, PushShape, PushTarget, Setup, StartPose,
+};
 use twinrig_robot::{GRAVITY, Robot};
 use twinrig_runtime::{Plant, PlantEventKind, PlantState};
 use twinrig_testing::abduction::{JOINT, servo};
@@ -320,6 +322,33 @@ fn a_knee_stops_at_a_wall() {
         free > 2.0 * most && stopped < most,
         "{free} {stopped} {most}"
     );
+}
+
+/// The leg of a fixed trunk swings, its knee ahead, against a wall.
+#[test]
+fn the_energy_balance_of_a_knee_at_a_wall_closes() {
+    let wall = Ground::new(Terrain::Levels(Levels::strip(0.13, 1.0, 1.0)), 0.6, 0.0).unwrap();
+    let setup = Setup {
+        base: Base::Fixed,
+        ground: Some(wall),
+        contacts: Contacts::All,
+        drives: Drives::None,
+        start: StartPose {
+            q: [0.0, -0.9, 0.9],
+            rates: [15.0, 0.0, 0.0],
+        }
+        .into(),
+        ..in_the_air(&["LF"])
+    };
+    let mut plant = Held::new(plant("lcp compliant", &setup, &[]));
+    plant.plant.log_events(true);
+    plant.advance(100_000);
+    let mut events = plant.plant.events().iter();
+    assert!(events.any(|event| event.part == "leg/LF/knee-contact"));
+    let balance = plant.plant.energy();
+    let residual = balance.residual / balance.exchanged;
+    assert!(residual.abs() < 1e-4, "{residual}");
+    assert_eq!(plant.vector("body/velocity"), Vector3::zeros());
 }
 
 #[test]

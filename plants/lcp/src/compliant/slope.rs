@@ -43,8 +43,8 @@ impl<S: Simd, const N: usize, const P: usize, const A: usize, const B: usize> Ta
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        // Planes that abduct move with any base.
-        if A == 0 && self.model.base == Base::Fixed {
+        // Planes that abduct move with any base; contact of the body is rare on a fixed one.
+        if A == 0 && B == 0 && self.model.base == Base::Fixed {
             self.slope::<false>()
         } else {
             self.slope::<true>()

@@ -60,6 +60,9 @@ impl TrunkSystem {
     /// by cofactors.
     #[inline(always)]
     pub(crate) fn solve(&self, base: Base) -> [f64; 6] {
+        if base == Base::Fixed {
+            return [0.0; 6];
+        }
         let mass = self.mass;
         let [xx, xz, zz] = self.plane;
         let [fx, mut fy, fz, mut roll, pitch, mut yaw] = self.force;
