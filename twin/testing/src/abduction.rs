@@ -4,6 +4,7 @@
 use twinrig_kernel::{SimDuration, SimTime, stream};
 use twinrig_legged::{Base, Push, PushSchedule, PushShape, PushTarget};
 use twinrig_robot::{Abduction, Servo};
+use twinrig_runtime::EnergyBalance;
 
 use crate::robots::LEGS;
 
@@ -115,6 +116,12 @@ pub fn assert_forces(found: &[f64], expected: impl Fn(usize) -> f64) {
         let size = 1e-5 * (1.0 + expected.abs());
         assert!((force - expected).abs() < size, "{i}: {force} {expected}");
     }
+}
+
+/// Checks that an energy balance closes within a share of the energy exchanged.
+pub fn assert_closed(balance: &EnergyBalance, share: f64) {
+    let most = share * balance.exchanged;
+    assert!(balance.residual.abs() < most, "{balance:?}");
 }
 
 /// Compares the slope of a robot whose joints rest at zero with that of the robot with locked

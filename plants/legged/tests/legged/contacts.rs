@@ -17,6 +17,7 @@ fn reaching(base: Base, contacts: Contacts, ground: Option<Terrain>) -> Contacts
 
 #[test]
 fn parts_that_cannot_reach_the_ground_are_left_out() {
+    use Contacts::{All, Feet, Trunk};
     let flat = || Some(Terrain::Flat);
     // Ankles of stretched legs end 15 mm above the ground on which the feet start.
     let bar = |height: f64| Some(Terrain::Levels(Levels::strip(1.0, 0.1, height)));
@@ -25,7 +26,6 @@ fn parts_that_cannot_reach_the_ground_are_left_out() {
         let field = HeightField::new([1.0, 1.0], 0.1, 2, heights);
         Some(Terrain::Heights(field.unwrap()))
     };
-    use Contacts::{All, Feet, Trunk};
     for (base, contacts, ground, expected) in [
         (Base::Free, All, flat(), All),
         (Base::Planar, Trunk, flat(), Trunk),

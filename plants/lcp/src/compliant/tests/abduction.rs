@@ -9,7 +9,9 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{Abduction, Base, Constraints, Drives, Dynamics as _, Readings as _, Setup};
 use twinrig_robot::{Robot, Servo};
 use twinrig_runtime::{Plant as _, PlantState};
-use twinrig_testing::abduction::{JOINT, Tumble, assert_forces, assert_locked, pushes, servo};
+use twinrig_testing::abduction::{
+    JOINT, Tumble, assert_closed, assert_forces, assert_locked, pushes, servo,
+};
 use twinrig_testing::point_masses::{self, Point, PointMotion};
 use twinrig_testing::robots::LEGS;
 
@@ -301,10 +303,7 @@ fn energy_balance_closes_in_drops_under_pushes() {
         }
         let balance = flow.ledger.balance();
         assert!(balance.external.abs() > 1e-3, "{balance:?}");
-        assert!(
-            balance.residual.abs() < 1e-6 * balance.exchanged,
-            "{balance:?}"
-        );
+        assert_closed(&balance, 1e-6);
     }
 }
 
@@ -331,10 +330,7 @@ fn a_fixed_trunk_lets_its_legs_swing_like_pendulums() {
         flow.step(2e-3).unwrap();
     }
     let balance = flow.ledger.balance();
-    assert!(
-        balance.residual.abs() < 1e-6 * balance.exchanged,
-        "{balance:?}"
-    );
+    assert_closed(&balance, 1e-6);
 }
 
 #[test]
@@ -420,10 +416,7 @@ fn absent_legs_have_no_joints() {
     let end = SimTime::ZERO + SimDuration::from_millis(50);
     plant.advance(end, &[]).unwrap();
     let balance = plant.energy();
-    assert!(
-        balance.residual.abs() < 1e-4 * balance.exchanged,
-        "{balance:?}"
-    );
+    assert_closed(&balance, 1e-4);
 }
 
 #[test]

@@ -7,7 +7,9 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{Abduction, Base, Drives, Dynamics as _, Readings as _, Setup};
 use twinrig_robot::{PointMass, Robot, Servo};
 use twinrig_runtime::{Plant as _, PlantState};
-use twinrig_testing::abduction::{JOINT, Tumble, assert_forces, assert_locked, pushes, servo};
+use twinrig_testing::abduction::{
+    JOINT, Tumble, assert_closed, assert_forces, assert_locked, pushes, servo,
+};
 use twinrig_testing::point_masses::{self, Point, PointMotion};
 use twinrig_testing::robots::{SERVOS, pose, standing, with_legs};
 
@@ -224,10 +226,7 @@ fn energy_balance_closes_in_drops_under_pushes() {
         }
         let balance = flow.ledger.balance();
         assert!(balance.external.abs() > 1e-3, "{balance:?}");
-        assert!(
-            balance.residual.abs() < 1e-6 * balance.exchanged,
-            "{balance:?}"
-        );
+        assert_closed(&balance, 1e-6);
     }
 }
 
@@ -247,10 +246,7 @@ fn absent_legs_have_no_joints() {
     let end = SimTime::ZERO + SimDuration::from_millis(50);
     plant.advance(end, &inputs).unwrap();
     let balance = plant.energy();
-    assert!(
-        balance.residual.abs() < 1e-4 * balance.exchanged,
-        "{balance:?}"
-    );
+    assert_closed(&balance, 1e-4);
 }
 
 #[test]
