@@ -64,17 +64,10 @@ impl Constants {
 
     /// Returns the joint of a leg with compliant stops, if the leg has one.
     fn new(mount: &LegMount, inertia: f64) -> Option<Self> {
-        let (joint, compliance) = (mount.leg.abduction?, mount.leg.compliance?);
-        let [_, y, z] = mount.hip;
-        let is_right = y < 0.0;
-        let (inward, range) = if is_right {
-            (joint.offset, [-joint.abduction_max, joint.adduction_max])
-        } else {
-            (-joint.offset, [-joint.adduction_max, joint.abduction_max])
-        };
+        let (joint, compliance) = (mount.abduction_axis()?, mount.leg.compliance?);
         Some(Self {
-            axis: [y + inward, z + joint.height],
-            range,
+            axis: joint.place,
+            range: joint.range,
             friction: joint.friction,
             stops: compliance.stops,
             lever: mount.leg.l1,

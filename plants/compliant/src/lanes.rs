@@ -227,6 +227,10 @@ pub trait Simd: Copy {
     /// The numbers.
     type Lanes: Lanes;
 
+    /// Whether four numbers share one register: others hold too few to keep a long task in them, so
+    /// that inlining it gains nothing.
+    const ARE_WIDE: bool;
+
     /// Returns the same number in all lanes.
     fn splat(self, value: f64) -> Self::Lanes;
 

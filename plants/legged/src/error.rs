@@ -69,8 +69,8 @@ pub enum LeggedError {
     },
     /// The plant locks the joints of abduction.
     #[error(
-        "{plant} has no joints of abduction: choose `abduction = \"locked\"`, or `model = \"lcp\"` with \
-         compliant constraints and without a toe joint"
+        "{plant} has no joints of abduction: choose `abduction = \"locked\"`, or a plant that has them: \
+         `massless`, `mujoco`, or `lcp` with compliant constraints and without a toe joint"
     )]
     AbductionLocked {
         /// The plant.

@@ -41,6 +41,7 @@
 //! plant; options of a single plant; and the scenario language, which the builder of plants
 //! translates.
 
+mod abduction;
 mod assembly;
 mod constraints;
 mod dynamics;
@@ -63,6 +64,7 @@ mod start;
 mod validation;
 mod window;
 
+pub use abduction::{abduction_entry, adopt_abduction};
 pub use constraints::Constraints;
 pub use dynamics::{Dynamics, FromRobot, PartFault};
 pub use error::{LeggedError, PushProblem, positive};

@@ -3,6 +3,7 @@
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
 use twinrig_legged::{Base, DriveModels};
 
+use crate::drives::{DRIVE_NAMES, DRIVES};
 use crate::engine::EngineError;
 use crate::model::Model;
 use crate::options::Coordinates;
@@ -39,19 +40,27 @@ pub(crate) struct BodyPoint {
     pub(crate) place: Place,
 }
 
+/// Clutch of a servo.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clutch {
+    /// Joint of its flywheel.
+    pub(crate) flywheel: Address,
+    pub(crate) tendon: usize,
+}
+
 /// Addresses of a leg.
 #[derive(Debug, Clone)]
 pub(crate) struct LegAddresses {
     /// Of each segment: x, z and turn in maximal coordinates; the hinge, three times, in minimal
     /// ones.
     pub(crate) segments: [[Address; 3]; 3],
+    /// Joint of abduction.
+    pub(crate) abduction: Option<Address>,
     pub(crate) pulley: Option<Address>,
-    /// Flywheels of the servos of hip and knee.
-    pub(crate) flywheels: Option<[Address; 2]>,
-    /// Tendons of their clutches.
-    pub(crate) clutches: Option<[usize; 2]>,
-    /// Actuators of the motors of hip and knee.
-    pub(crate) motors: Option<[usize; 2]>,
+    /// Clutches of the servos of hip, knee and abduction.
+    pub(crate) clutches: [Option<Clutch>; DRIVES],
+    /// Actuators of the same drives: motors, or servos as position actuators.
+    pub(crate) actuators: [Option<usize>; DRIVES],
     /// Geom of the foot.
     pub(crate) foot: Option<usize>,
     /// Body at whose end the foot is.
@@ -82,29 +91,28 @@ impl Addresses {
                     [of("upper")?, of("middle")?, of("lower")?]
                 }
             };
-            let both = |kind, what: &str| -> Result<[usize; 2], EngineError> {
-                let one = |drive: &str| find(compiled, kind, &format!("{name}_{drive}{what}"));
-                Ok([one("hip")?, one("knee")?])
-            };
-            let tendon = MjtObjBase::mjOBJ_TENDON;
-            let (mut flywheels, mut clutches, mut motors) = (None, None, None);
-            match model.drives {
-                Some(DriveModels::Servos(_)) if !model.position_actuators => {
-                    flywheels = Some([named("hip_flywheel")?, named("knee_flywheel")?]);
-                    clutches = Some(both(tendon, "_clutch")?);
+            let (mut clutches, mut actuators) = ([None; DRIVES], [None; DRIVES]);
+            for (drive, drive_name) in DRIVE_NAMES.into_iter().enumerate() {
+                let of_drive =
+                    |kind, suffix| find(compiled, kind, &format!("{name}_{drive_name}{suffix}"));
+                let is_servo = model.servos[drive].is_some();
+                let is_motor = drive < 2 && matches!(model.drives, Some(DriveModels::Motors(_)));
+                if is_servo && !model.position_actuators {
+                    clutches[drive] = Some(Clutch {
+                        flywheel: named(&format!("{drive_name}_flywheel"))?,
+                        tendon: of_drive(MjtObjBase::mjOBJ_TENDON, "_clutch")?,
+                    });
+                } else if is_servo || is_motor {
+                    actuators[drive] = Some(of_drive(MjtObjBase::mjOBJ_ACTUATOR, "")?);
                 }
-                Some(_) => {
-                    motors = Some(both(MjtObjBase::mjOBJ_ACTUATOR, "")?);
-                }
-                None => {}
             }
             let foot = || find(compiled, MjtObjBase::mjOBJ_GEOM, &format!("{name}_foot"));
             Ok(LegAddresses {
                 segments,
+                abduction: leg.abduction.map(|_| named("abduction")).transpose()?,
                 pulley: model.drives.map(|_| named("pulley")).transpose()?,
-                flywheels,
                 clutches,
-                motors,
+                actuators,
                 foot: model.ground.as_ref().map(|_| foot()).transpose()?,
                 foot_body: find(compiled, MjtObjBase::mjOBJ_BODY, &format!("{name}_lower"))?,
             })

@@ -6,7 +6,7 @@ use twinrig_legged::LEGS;
 
 use crate::addresses::{BodyPoint, Place};
 use crate::engine::Engine;
-use crate::frame::{LegFrame, TrunkFrame, spatial};
+use crate::frame::{LegFrame, TrunkFrame};
 use crate::leg_forces::contact_force;
 use crate::model::Model;
 
@@ -29,17 +29,13 @@ impl Place {
         trunk: &TrunkFrame,
         legs: &[Option<LegFrame>; LEGS],
     ) -> [Vector3<f64>; 2] {
-        let (place, relative) = match self {
-            Self::Corner(corner) => (corner.into(), Vector3::zeros()),
+        let [place, relative] = match self {
+            Self::Corner(corner) => [corner.into(), Vector3::zeros()],
             Self::Joint { leg, segment } => {
                 let (Some(frame), leg) = (&legs[leg], &model.legs[leg]) else {
                     return [Vector3::zeros(); 2];
                 };
-                let (bar, length) = (&frame.bars[segment], leg.segments[segment].length);
-                (
-                    spatial(bar.at(length), leg.hip[1]),
-                    spatial(bar.speed_at(length), 0.0),
-                )
+                frame.end(leg, segment)
             }
         };
         [

@@ -1,16 +1,42 @@
 //! Servos and motors in a step.
 
+use serde::{Deserialize, Serialize};
 use twinrig_actuator::PositionServo;
-use twinrig_legged::{LEGS, Motors, Servos};
+use twinrig_legged::{LEGS, Motors};
 
-use crate::addresses::{Address, LegAddresses};
+use crate::addresses::{Clutch, LegAddresses};
 use crate::engine::Engine;
 use crate::model::{FLYWHEEL, Model, UNLIMITED};
 use crate::options::Integrator;
 
-/// Inputs of the legs' drives, as of the ports: commands of hip and knee \[rad\], or voltage \[V\]
-/// and bridge of both.
-pub(crate) type Inputs = [[f64; 4]; LEGS];
+/// Drives of a leg, in this order.
+pub(crate) const DRIVE_NAMES: [&str; DRIVES] = ["hip", "knee", "abduction"];
+pub(crate) const DRIVES: usize = 3;
+
+/// Inputs of a leg's drives, as of the ports.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LegInputs {
+    /// Commands of hip and knee \[rad\], or voltage \[V\] and bridge of both.
+    pub(crate) drives: [f64; 4],
+    /// Command of abduction \[rad\].
+    pub(crate) abduction: f64,
+}
+
+impl LegInputs {
+    /// Returns the commands of servos of hip, knee and abduction \[rad\].
+    pub(crate) fn commands(&self) -> [f64; DRIVES] {
+        let [hip, knee, ..] = self.drives;
+        [hip, knee, self.abduction]
+    }
+
+    /// Returns voltage \[V\] and bridge of the motor of the hip (0) or the knee (1).
+    pub(crate) fn of_motor(&self, i: usize) -> [f64; 2] {
+        [self.drives[2 * i], self.drives[2 * i + 1]]
+    }
+}
+
+/// Inputs of all legs.
+pub(crate) type Inputs = [LegInputs; LEGS];
 
 /// Motor in a step: its torque at the initial rate of the step, and its damping.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -44,12 +70,14 @@ impl MotorParameters {
     }
 }
 
-/// Torque limits of clutches, hip and knee of each leg.
-pub(crate) type Limits = [[f64; 2]; LEGS];
+/// Torque limits of the clutches of each leg.
+pub(crate) type Limits = [[f64; DRIVES]; LEGS];
 
 /// Returns the limits of clutches of unsaturated servos.
-pub(crate) fn unsaturated_limits(servos: &Servos) -> Limits {
-    [servos.both().map(|servo| servo.torque().min(UNLIMITED)); LEGS]
+pub(crate) fn unsaturated_limits(model: &Model) -> Limits {
+    let torque = |servo: &PositionServo| servo.torque().min(UNLIMITED);
+    let servos = model.servos.each_ref();
+    [servos.map(|servo| servo.as_ref().map_or(UNLIMITED, torque)); LEGS]
 }
 
 /// Returns the largest torque of a servo in the direction of `torque` at a rate (thesis, eq. 2.20
@@ -62,23 +90,27 @@ fn torque_limit(servo: &PositionServo, torque: f64, rate: f64) -> f64 {
     servo.torque() * share.clamp(0.0, 1.0)
 }
 
-/// Angle and rate of a leg's drives: hip from its reference, pulley \[rad, rad/s\].
-pub(crate) type DriveStates = [[f64; 2]; 2];
+/// Angle and rate of a leg's drives: hip from its reference, pulley, abduction \[rad, rad/s\].
+pub(crate) type DriveStates = [[f64; 2]; DRIVES];
 
 /// Sets the flywheels to turn from the present rate of their joints to the rate that the servos
 /// request for the end of the step.
 pub(crate) fn set_flywheels(
     engine: &mut Engine,
-    flywheels: &[Address; 2],
-    servos: &Servos,
-    commands: &[f64],
+    model: &Model,
+    at: &LegAddresses,
+    inputs: &LegInputs,
     drive_states: &DriveStates,
     seconds: f64,
 ) {
-    for (i, servo) in servos.both().into_iter().enumerate() {
+    let commands = inputs.commands();
+    for (i, (servo, clutch)) in model.servos.iter().zip(&at.clutches).enumerate() {
+        let (Some(servo), Some(clutch)) = (servo, clutch) else {
+            continue;
+        };
         let [position, rate] = drive_states[i];
         let next_rate = servo.rate_after(seconds, commands[i], position, rate);
-        let [place, dof] = flywheels[i];
+        let [place, dof] = clutch.flywheel;
         let data = engine.data_mut();
         // Its angle is irrelevant and would grow without bound.
         data.qpos_mut()[place] = 0.0;
@@ -87,23 +119,29 @@ pub(crate) fn set_flywheels(
     }
 }
 
-/// Returns the torques of a leg's clutches, which are those of its servos \[N·m\].
-pub(crate) fn clutch_torques(engine: &Engine, flywheels: &[Address; 2]) -> [f64; 2] {
-    flywheels.map(|[_, dof]| -engine.data().qfrc_constraint()[dof])
+/// Returns the torque of a clutch, which is that of its servo \[N·m\].
+pub(crate) fn clutch_torque(engine: &Engine, clutch: &Clutch) -> f64 {
+    let [_, dof] = clutch.flywheel;
+    -engine.data().qfrc_constraint()[dof]
 }
 
-/// Lowers the limits of clutches whose torque exceeds that of their servos at that rate. Returns
-/// whether a limit changed.
+/// Lowers the limits of a leg's clutches whose torque exceeds that of their servos at that rate.
+/// Returns whether a limit changed.
 pub(crate) fn saturate(
-    servos: &Servos,
-    torques: &[f64; 2],
+    engine: &Engine,
+    model: &Model,
+    at: &LegAddresses,
     drive_states: &DriveStates,
-    limits: &mut [f64; 2],
+    limits: &mut [f64; DRIVES],
 ) -> bool {
     let mut changed = false;
-    for (i, servo) in servos.both().into_iter().enumerate() {
-        let available = torque_limit(servo, torques[i], drive_states[i][1]);
-        if torques[i].abs() > available + TORQUE_TOLERANCE && available < limits[i] {
+    for (i, (servo, clutch)) in model.servos.iter().zip(&at.clutches).enumerate() {
+        let (Some(servo), Some(clutch)) = (servo, clutch) else {
+            continue;
+        };
+        let torque = clutch_torque(engine, clutch);
+        let available = torque_limit(servo, torque, drive_states[i][1]);
+        if torque.abs() > available + TORQUE_TOLERANCE && available < limits[i] {
             limits[i] = available;
             changed = true;
         }
@@ -116,8 +154,10 @@ pub(crate) fn set_limits(engine: &mut Engine, legs: &[LegAddresses], limits: &Li
     engine.set_parameters(|model| {
         let losses = model.tendon_frictionloss_mut();
         for (leg, limits) in legs.iter().zip(limits) {
-            for (clutch, limit) in leg.clutches.iter().flatten().zip(limits) {
-                losses[*clutch] = *limit;
+            for (clutch, limit) in leg.clutches.iter().zip(limits) {
+                if let Some(clutch) = clutch {
+                    losses[clutch.tendon] = *limit;
+                }
             }
         }
     });
@@ -140,7 +180,7 @@ pub(crate) fn set_motors(
         // The pulley is a slide with the coordinate radius times angle.
         let scale = [1.0, 1.0 / (radius * radius)];
         for (i, motor) in motors.both().into_iter().enumerate() {
-            let [voltage, bridge] = [inputs[leg][2 * i], inputs[leg][2 * i + 1]];
+            let [voltage, bridge] = inputs[leg].of_motor(i);
             let line = motor.line(voltage, bridge);
             let explicit = model.numerics.integrator == Integrator::Rk4;
             let terms = if explicit {
@@ -160,8 +200,8 @@ pub(crate) fn set_motors(
                 0.5 * seconds * line.damping
             };
             required[leg][i] = [inertia * scale[i], terms.damping * scale[i]];
-            if let Some(actuators) = at.motors {
-                engine.data_mut().ctrl_mut()[actuators[i]] = terms.torque;
+            if let Some(actuator) = at.actuators[i] {
+                engine.data_mut().ctrl_mut()[actuator] = terms.torque;
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::addresses::Addresses;
 use crate::body_points::{self, BodyForces, POINTS, PointVelocities};
 use crate::drives::{self, DriveStates, Inputs, Limits, MotorParameters};
 use crate::engine::{Engine, EngineError, EngineFault, STAGES};
-use crate::frame::{LegFrame, TrunkFrame, set_coordinates, spatial};
+use crate::frame::{LegFrame, TrunkFrame, set_coordinates};
 use crate::leg_forces::{Constraints, LegForces, constraints, forces_on_legs};
 use crate::mjcf::write_model;
 use crate::model::{Area, Model};
@@ -90,7 +90,7 @@ impl Flow {
         let at = Addresses::new(&model, engine.model())?;
         let trunk = TrunkFrame::new(&model, &at, engine.data().qpos(), engine.data().qvel());
         let mut flow = Self {
-            inputs: [[0.0; 4]; LEGS],
+            inputs: Inputs::default(),
             trunk,
             legs: [None; LEGS],
             forces: [LegForces::default(); LEGS],
@@ -111,7 +111,7 @@ impl Flow {
             at,
         };
         let start = flow.model.start.clone();
-        flow.set_posture(&start);
+        flow.set_posture(&start, &[[0.0; 2]; LEGS]);
         Ok(flow)
     }
 
@@ -133,12 +133,19 @@ impl Flow {
         Ok(())
     }
 
-    /// Sets the posture and opens a new energy balance.
-    pub(crate) fn set_posture(&mut self, posture: &Posture) {
+    /// Sets the posture, with angles and rates of abduction, and opens a new energy balance.
+    pub(crate) fn set_posture(&mut self, posture: &Posture, abduction: &[[f64; 2]; LEGS]) {
         let data = self.engine.data_mut();
         data.reset();
         let (mut qpos, mut qvel) = (data.qpos().to_vec(), data.qvel().to_vec());
-        set_coordinates(&self.model, &self.at, posture, &mut qpos, &mut qvel);
+        set_coordinates(
+            &self.model,
+            &self.at,
+            posture,
+            abduction,
+            &mut qpos,
+            &mut qvel,
+        );
         data.qpos_mut().copy_from_slice(&qpos);
         data.qvel_mut().copy_from_slice(&qvel);
         self.update_kinematics();
@@ -147,12 +154,16 @@ impl Flow {
         self.impulses = [[0.0; 3]; LEGS];
         self.in_contact = [false; LEGS];
         self.ledger = Ledger::opened(self.stored());
-        self.inputs = [[0.0; 4]; LEGS];
-        if let Some(DriveModels::Servos(_)) = self.model.drives {
-            let drive_states = self.drive_states();
-            for (inputs, [[hip, _], [pulley, _]]) in self.inputs.iter_mut().zip(drive_states) {
-                inputs[..2].copy_from_slice(&[hip, pulley]);
+        self.inputs = Inputs::default();
+        let servos = matches!(self.model.drives, Some(DriveModels::Servos(_)));
+        let drive_states = self.drive_states();
+        for (inputs, [[hip, _], [pulley, _], [angle, _]]) in
+            self.inputs.iter_mut().zip(drive_states)
+        {
+            if servos {
+                inputs.drives[..2].copy_from_slice(&[hip, pulley]);
             }
+            inputs.abduction = angle;
         }
     }
 
@@ -194,57 +205,42 @@ impl Flow {
     /// Sets the drives and computes the forces. Returns whether a clutch has a reduced limit.
     fn drive(&mut self, seconds: f64) -> Result<bool, FlowFault> {
         let drive_states = self.drive_states();
-        match self.model.drives {
-            None => self.forward(seconds)?,
-            Some(DriveModels::Motors(motors)) => {
-                drives::set_motors(
-                    &mut self.engine,
-                    &self.model,
-                    &self.at.legs,
-                    (&motors, &self.inputs, &drive_states),
-                    seconds,
-                    &mut self.motor_parameters,
-                );
-                self.forward(seconds)?;
-            }
-            Some(DriveModels::Servos(servos)) => {
-                for (leg, at) in self.at.legs.iter().enumerate() {
-                    if let Some(flywheels) = &at.flywheels {
-                        let commands = &self.inputs[leg];
-                        let drive_states = &drive_states[leg];
-                        drives::set_flywheels(
-                            &mut self.engine,
-                            flywheels,
-                            &servos,
-                            commands,
-                            drive_states,
-                            seconds,
-                        );
-                    }
-                }
-                self.forward(seconds)?;
-                return self.saturate(&servos, &drive_states, seconds);
-            }
+        if let Some(DriveModels::Motors(motors)) = self.model.drives {
+            drives::set_motors(
+                &mut self.engine,
+                &self.model,
+                &self.at.legs,
+                (&motors, &self.inputs, &drive_states),
+                seconds,
+                &mut self.motor_parameters,
+            );
         }
-        Ok(false)
+        for (leg, at) in self.at.legs.iter().enumerate() {
+            drives::set_flywheels(
+                &mut self.engine,
+                &self.model,
+                at,
+                &self.inputs[leg],
+                &drive_states[leg],
+                seconds,
+            );
+        }
+        self.forward(seconds)?;
+        self.saturate(&drive_states, seconds)
     }
 
     /// Lets clutches slip whose torque exceeds that of their servos.
     fn saturate(
         &mut self,
-        servos: &twinrig_legged::Servos,
         drive_states: &[DriveStates; LEGS],
         seconds: f64,
     ) -> Result<bool, FlowFault> {
-        let mut limits: Limits = drives::unsaturated_limits(servos);
+        let mut limits: Limits = drives::unsaturated_limits(&self.model);
         for round in 0..SATURATION_ROUNDS_MAX {
             let mut changed = false;
             for (leg, at) in self.at.legs.iter().enumerate() {
-                let Some(flywheels) = &at.flywheels else {
-                    continue;
-                };
-                let torques = drives::clutch_torques(&self.engine, flywheels);
-                changed |= drives::saturate(servos, &torques, &drive_states[leg], &mut limits[leg]);
+                let (states, limits) = (&drive_states[leg], &mut limits[leg]);
+                changed |= drives::saturate(&self.engine, &self.model, at, states, limits);
             }
             if !changed {
                 return Ok(round > 0);
@@ -261,13 +257,8 @@ impl Flow {
     }
 
     fn reset_limits(&mut self) {
-        if let Some(DriveModels::Servos(servos)) = &self.model.drives {
-            drives::set_limits(
-                &mut self.engine,
-                &self.at.legs,
-                &drives::unsaturated_limits(servos),
-            );
-        }
+        let limits = drives::unsaturated_limits(&self.model);
+        drives::set_limits(&mut self.engine, &self.at.legs, &limits);
     }
 
     /// Integrates with the computed forces, and adds their work to the energy balance.
@@ -401,11 +392,7 @@ impl Flow {
 
     /// Returns kinetic, spring and gravity energy \[J\].
     pub(crate) fn stored(&self) -> Stored {
-        let inertias = self
-            .model
-            .drives
-            .as_ref()
-            .map_or([0.0; 2], DriveModels::inertias);
+        let inertias = self.model.drive_inertias();
         let [mut kinetic, mut gravity] = self.trunk.energies(&self.model);
         let mut spring = 0.0;
         for (leg, frame) in self.model.legs.iter().zip(self.legs.iter().flatten()) {
@@ -422,11 +409,10 @@ impl Flow {
         let (Some(frame), model) = (&self.legs[leg], &self.model.legs[leg]) else {
             return [Vector3::zeros(); 2];
         };
-        let [foot, speed] = frame.foot(model);
-        let place = spatial(foot, model.hip[1]);
+        let [place, speed] = frame.foot(model);
         [
             self.trunk.position + self.trunk.rotation * place,
-            self.trunk.point_velocity(&place, &spatial(speed, 0.0)),
+            self.trunk.point_velocity(&place, &speed),
         ]
     }
 
@@ -462,12 +448,16 @@ impl Flow {
 }
 
 fn drive_states_of(model: &Model, legs: &[Option<LegFrame>; LEGS]) -> [DriveStates; LEGS] {
-    let mut drive_states = [[[0.0; 2]; 2]; LEGS];
+    let mut drive_states = [DriveStates::default(); LEGS];
     let frames = model.legs.iter().zip(legs.iter().flatten());
     for (drive_states, (leg, frame)) in drive_states.iter_mut().zip(frames) {
         let hip = &frame.bars[0];
         let angle = hip.angle - leg.pantograph.hip_reference();
-        *drive_states = [[angle, hip.rate], [frame.pulley, frame.pulley_rate]];
+        *drive_states = [
+            [angle, hip.rate],
+            [frame.pulley, frame.pulley_rate],
+            [frame.carrier.angle, frame.carrier.rate],
+        ];
     }
     drive_states
 }

@@ -1,10 +1,11 @@
 //! Kinematics of trunk and legs from MuJoCo's coordinates.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
-use twinrig_legged::{Base, LegPosture, Posture};
+use twinrig_legged::{Base, LEGS, LegPosture, Posture};
 use twinrig_robot::GRAVITY;
 
 use crate::addresses::{Addresses, LegAddresses};
+use crate::drives::DRIVES;
 use crate::model::{LegModel, Model};
 use crate::options::Coordinates;
 
@@ -21,9 +22,52 @@ pub(crate) struct Bar {
     along: Planar,
 }
 
+/// Carrier of a leg: axes of the trunk, turned about x by the angle of abduction, with the origin on
+/// that axis; the trunk itself if the leg does not abduct.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Carrier {
+    /// Angle and rate of abduction \[rad, rad/s\].
+    pub(crate) angle: f64,
+    pub(crate) rate: f64,
+    sine: f64,
+    cosine: f64,
+    origin: Vector3<f64>,
+}
+
+impl Carrier {
+    fn new(leg: &LegModel, at: &LegAddresses, qpos: &[f64], qvel: &[f64]) -> Self {
+        let joint = at.abduction.map(|[place, dof]| [qpos[place], qvel[dof]]);
+        let [angle, rate] = joint.unwrap_or_default();
+        let [left, up] = leg.abduction.map_or([0.0; 2], |axis| axis.place);
+        Self {
+            angle,
+            rate,
+            sine: libm::sin(angle),
+            cosine: libm::cos(angle),
+            origin: Vector3::new(0.0, left, up),
+        }
+    }
+
+    /// Transforms a vector from leg to trunk axes.
+    fn into_trunk(self, v: &Vector3<f64>) -> Vector3<f64> {
+        let (s, c) = (self.sine, self.cosine);
+        Vector3::new(v.x, c * v.y - s * v.z, s * v.y + c * v.z)
+    }
+
+    /// Returns place and velocity in the trunk, in its axes, of a point of the leg's plane that
+    /// moves within that plane.
+    fn point(self, place: Planar, speed: Planar, across: f64) -> [Vector3<f64>; 2] {
+        let arm = self.into_trunk(&spatial(place, across));
+        let around = Vector3::new(0.0, -arm.z, arm.y) * self.rate;
+        let speed = self.into_trunk(&spatial(speed, 0.0));
+        [self.origin + arm, speed + around]
+    }
+}
+
 /// Kinematics of a leg.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LegFrame {
+    pub(crate) carrier: Carrier,
     pub(crate) bars: [Bar; 3],
     pub(crate) pulley: f64,
     pub(crate) pulley_rate: f64,
@@ -84,16 +128,28 @@ impl LegFrame {
             pulley_rate = qvel[dof] / leg.pulley_radius;
         }
         Self {
+            carrier: Carrier::new(leg, at, qpos, qvel),
             bars,
             pulley,
             pulley_rate,
         }
     }
 
-    /// Returns position and velocity of the foot.
-    pub(crate) fn foot(&self, leg: &LegModel) -> [Planar; 2] {
-        let length = leg.segments[2].length;
-        [self.bars[2].at(length), self.bars[2].speed_at(length)]
+    /// Returns place and velocity of the foot in the trunk, in its axes.
+    pub(crate) fn foot(&self, leg: &LegModel) -> [Vector3<f64>; 2] {
+        self.end(leg, 2)
+    }
+
+    /// Returns the same of the lower end of a segment.
+    pub(crate) fn end(&self, leg: &LegModel, segment: usize) -> [Vector3<f64>; 2] {
+        self.on_segment(leg, segment, leg.segments[segment].length)
+    }
+
+    /// Returns the same of the point at a distance down a segment.
+    fn on_segment(&self, leg: &LegModel, segment: usize, distance: f64) -> [Vector3<f64>; 2] {
+        let bar = &self.bars[segment];
+        let (place, speed) = (bar.at(distance), bar.speed_at(distance));
+        self.carrier.point(place, speed, leg.hip[1])
     }
 
     /// Returns the lengths of diagonal and parallel rod.
@@ -124,10 +180,14 @@ impl LegFrame {
             parallel - leg.parallel_max,
             leg.l_delta * (first.angle - third.angle),
         ];
+        let swing = leg.abduction.map_or(0.0, |axis| {
+            let ([least, greatest], angle) = (axis.range, self.carrier.angle);
+            leg.segments[0].length * (least - angle).max(angle - greatest)
+        });
         let cable =
             (self.ankle(leg) - hip).norm() - leg.cable_max + leg.pulley_radius * self.pulley;
         let cable = if driven { cable } else { 0.0 };
-        let all = pins.into_iter().chain(stops).chain([cable]);
+        let all = pins.into_iter().chain(stops).chain([swing, cable]);
         all.fold(0.0, f64::max)
     }
 
@@ -140,26 +200,28 @@ impl LegFrame {
             .sum()
     }
 
-    /// Returns the kinetic energy of the segments and of the drives' inertias at hip and pulley,
-    /// and the potential energy of gravity \[J\].
+    /// Returns the kinetic energy of the segments and of the drives' inertias, and the potential
+    /// energy of gravity \[J\].
     pub(crate) fn energies(
         &self,
         leg: &LegModel,
         trunk: &TrunkFrame,
-        inertias: [f64; 2],
+        inertias: [f64; DRIVES],
     ) -> [f64; 2] {
-        let [at_hip, at_pulley] = inertias;
+        let ([at_hip, at_pulley, at_abduction], carrier) = (inertias, self.carrier);
         let mut kinetic = 0.5 * at_hip * self.bars[0].rate * self.bars[0].rate
-            + 0.5 * at_pulley * self.pulley_rate * self.pulley_rate;
+            + 0.5 * at_pulley * self.pulley_rate * self.pulley_rate
+            + 0.5 * at_abduction * carrier.rate * carrier.rate;
         let mut gravity = 0.0;
-        for (bar, segment) in self.bars.iter().zip(&leg.segments) {
-            let place = spatial(bar.at(segment.centre), leg.hip[1]);
-            let relative = spatial(bar.speed_at(segment.centre), 0.0);
+        let carried = trunk.angular_velocity + Vector3::x() * carrier.rate;
+        let across = carrier.into_trunk(&Vector3::y());
+        for (i, (bar, segment)) in self.bars.iter().zip(&leg.segments).enumerate() {
+            let [place, relative] = self.on_segment(leg, i, segment.centre);
             let velocity = trunk.point_velocity(&place, &relative);
-            let turning = trunk.angular_velocity - Vector3::y() * bar.rate;
-            let lengthwise = turning.dot(&spatial(bar.along, 0.0));
-            let across = turning.norm_squared() - lengthwise * lengthwise;
-            kinetic += 0.5 * segment.mass * velocity.norm_squared() + 0.5 * segment.moment * across;
+            let turning = carried - across * bar.rate;
+            let lengthwise = turning.dot(&carrier.into_trunk(&spatial(bar.along, 0.0)));
+            let square = turning.norm_squared() - lengthwise * lengthwise;
+            kinetic += 0.5 * segment.mass * velocity.norm_squared() + 0.5 * segment.moment * square;
             gravity += segment.mass * GRAVITY * (trunk.position + trunk.rotation * place).z;
         }
         [kinetic, gravity]
@@ -175,8 +237,8 @@ impl LegFrame {
     }
 }
 
-/// Returns a point of a leg's plane in trunk axes.
-pub(crate) fn spatial(point: Planar, across: f64) -> Vector3<f64> {
+/// Returns a point of a leg's plane in leg axes.
+fn spatial(point: Planar, across: f64) -> Vector3<f64> {
     Vector3::new(point.x, across, point.y)
 }
 
@@ -274,11 +336,12 @@ impl TrunkFrame {
     }
 }
 
-/// Converts a posture to MuJoCo's coordinates.
+/// Converts a posture, and angles and rates of abduction, to MuJoCo's coordinates.
 pub(crate) fn set_coordinates(
     model: &Model,
     at: &Addresses,
     posture: &Posture,
+    abduction: &[[f64; 2]; LEGS],
     qpos: &mut [f64],
     qvel: &mut [f64],
 ) {
@@ -304,6 +367,11 @@ pub(crate) fn set_coordinates(
     let legs = model.legs.iter().zip(&at.legs).zip(&posture.legs);
     for ((leg, at), (_, posture)) in legs {
         set_leg_coordinates(leg, at, model.coordinates, posture, qpos, qvel);
+    }
+    for (at, [angle, rate]) in at.legs.iter().zip(abduction) {
+        if let Some([place, dof]) = at.abduction {
+            (qpos[place], qvel[dof]) = (*angle, *rate);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_legged::{DriveModels, LEGS};
 
 use crate::addresses::Addresses;
-use crate::drives::{self, Inputs};
+use crate::drives::{self, DRIVES, Inputs};
 use crate::engine::Engine;
 use crate::model::Model;
 use crate::rates::LegRates;
@@ -12,8 +12,8 @@ use crate::rates::LegRates;
 /// Forces on a leg, at an instant or as mean of a step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LegForces {
-    /// Torques of hip and knee drive \[N·m\].
-    pub(crate) torques: [f64; 2],
+    /// Torques of the drives of hip, knee and abduction \[N·m\].
+    pub(crate) torques: [f64; DRIVES],
     /// Tension of the cable \[N\].
     pub(crate) tension: f64,
     /// Forces of the ground on the foot, world axes: along the contact's normal, and tangential
@@ -41,8 +41,6 @@ impl LegForces {
 pub(crate) struct Constraints {
     /// Power of all constraints \[W\].
     pub(crate) power: f64,
-    /// Whether these include clutches.
-    pub(crate) clutches: bool,
     /// Whether these include stops or cables. Otherwise the power without that of ground and
     /// clutches is the pins'. Pins should do no work; their power is an error of the engine and
     /// remains in the residual.
@@ -61,13 +59,15 @@ pub(crate) fn forces_on_legs(
     for (leg, at) in at.legs.iter().enumerate() {
         let forces = &mut all[leg];
         let constraint_forces = engine.data().qfrc_constraint();
-        let mut clutch = 0.0;
-        if let Some(flywheels) = &at.flywheels {
-            forces.torques = drives::clutch_torques(engine, flywheels);
-            clutch = forces.torques[1] / model.legs[leg].pulley_radius;
-        } else if let Some(DriveModels::Motors(motors)) = &model.drives {
+        for (torque, clutch) in forces.torques.iter_mut().zip(&at.clutches) {
+            if let Some(clutch) = clutch {
+                *torque = drives::clutch_torque(engine, clutch);
+            }
+        }
+        let clutch = forces.torques[1] / model.legs[leg].pulley_radius;
+        if let Some(DriveModels::Motors(motors)) = &model.drives {
             for (i, motor) in motors.both().into_iter().enumerate() {
-                let [voltage, bridge] = [inputs[leg][2 * i], inputs[leg][2 * i + 1]];
+                let [voltage, bridge] = inputs[leg].of_motor(i);
                 let rate = rates[leg].drive_rates()[i];
                 forces.torques[i] = motor.line(voltage, bridge).torque_at(rate);
             }
@@ -90,13 +90,12 @@ pub(crate) fn constraints(
     qvel: impl Iterator<Item = f64>,
 ) -> Constraints {
     let data = engine.data();
-    let wheels = at.legs.iter().filter_map(|leg| leg.flywheels);
-    let is_wheel = |dof: usize| wheels.clone().flatten().any(|[_, wheel]| wheel == dof);
+    let clutches = at.legs.iter().flat_map(|leg| &leg.clutches).flatten();
+    let is_wheel = |dof: usize| clutches.clone().any(|clutch| clutch.flywheel[1] == dof);
     let all = data.qfrc_constraint().iter().zip(qvel).enumerate();
     let robot_dofs = all.filter(|(dof, _)| !is_wheel(*dof));
     Constraints {
         power: robot_dofs.map(|(_, (force, rate))| force * rate).sum(),
-        clutches: wheels.clone().next().is_some(),
         limits: data.nl() > 0,
     }
 }

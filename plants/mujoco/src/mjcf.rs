@@ -11,12 +11,12 @@ mod springs;
 use core::fmt::Write;
 
 use twinrig_legged::{Base, Posture};
-use twinrig_robot::{GRAVITY, Robot};
+use twinrig_robot::{AbductionAxis, GRAVITY, Robot};
 
 use self::sections::{Sections, line, triple};
 use self::shape::contact_point;
 use crate::addresses::corner_name;
-use crate::model::{Model, escaped};
+use crate::model::{LegModel, Model, escaped};
 use crate::options::{Coordinates, MujocoError, Numerics, Options, TimeConstant};
 
 /// Returns the robot as a readable MJCF model in one file, as the plant [`Mujoco`](crate::Mujoco)
@@ -39,9 +39,7 @@ pub(crate) fn write_model(robot: &Robot, model: &Model) -> String {
     }
     trunk(robot, model, &mut to);
     for leg in &model.legs {
-        if let Some(drives) = &model.drives {
-            drives::write(leg, drives, model, &mut to);
-        }
+        drives::write(leg, model, &mut to);
     }
     let mut text = String::new();
     line!(text, "<mujoco model=\"{}\">", escaped(&robot.name));
@@ -178,6 +176,9 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
         to.world.push_str(&contact_point(&name, corner, friction));
     }
     for leg in &model.legs {
+        if let Some(axis) = &leg.abduction {
+            begin_carrier(leg, axis, model, to);
+        }
         line!(
             to.world,
             "      <site name=\"{}_hip\" pos=\"{}\"/>",
@@ -188,8 +189,30 @@ fn trunk(robot: &Robot, model: &Model, to: &mut Sections) {
             Coordinates::Minimal => minimal::write(leg, model, to),
             Coordinates::Maximal => maximal::write(leg, model, to),
         }
+        if leg.abduction.is_some() {
+            line!(to.world, "      </body>");
+        }
     }
     line!(to.world, "    </body>");
+}
+
+/// Begins the body that carries a leg that abducts. It has no mass, of which MuJoCo requires some.
+fn begin_carrier(leg: &LegModel, axis: &AbductionAxis, model: &Model, to: &mut Sections) {
+    const MASS: f64 = 1e-14;
+    let (tag, [left, up], [least, greatest]) = (&leg.tag, axis.place, axis.range);
+    let [.., inertia] = model.drive_inertias();
+    let range = if model.without_stops {
+        String::new()
+    } else {
+        format!(" range=\"{least} {greatest}\"")
+    };
+    line!(
+        to.world,
+        "      <body name=\"{tag}_abduction\" pos=\"0 {left} {up}\">\n        \
+         <joint name=\"{tag}_abduction\" axis=\"1 0 0\" damping=\"{}\" armature=\"{inertia}\"{range}/>\n        \
+         <inertial pos=\"0 0 0\" mass=\"{MASS}\" diaginertia=\"{MASS} {MASS} {MASS}\"/>",
+        axis.friction
+    );
 }
 
 /// Returns mass, centre of mass and inertia of the trunk with its payloads.

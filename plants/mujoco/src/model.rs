@@ -1,10 +1,14 @@
 //! Constant data of the plant: the robot's parameters and the ground.
 
+use twinrig_actuator::PositionServo;
 use twinrig_contact::{Ground, HeightField, Terrain};
-use twinrig_legged::{Base, Contacts, DriveModels, LeggedError, Posture, Segment, positive};
+use twinrig_legged::{
+    Abduction, Base, Contacts, DriveModels, LeggedError, Posture, Segment, Setup, positive,
+};
 use twinrig_robot::leg::Pantograph;
-use twinrig_robot::{LegMount, Payload, Robot};
+use twinrig_robot::{AbductionAxis, LegMount, Payload, Robot};
 
+use crate::drives::DRIVES;
 use crate::options::{Coordinates, MujocoError, Numerics, Options};
 
 /// Radius of the ball that represents the contact point of a foot \[m\].
@@ -29,8 +33,11 @@ pub(crate) struct LegModel {
     /// Its name, escaped for MJCF.
     pub(crate) tag: String,
     pub(crate) pantograph: Pantograph,
-    /// Position of the hip in the trunk, from its centre of mass \[m\].
+    /// Position of the hip from the trunk's centre of mass, or, in a leg that abducts, from the
+    /// axis of abduction in leg axes \[m\].
     pub(crate) hip: [f64; 3],
+    /// Axis of abduction of a leg that abducts.
+    pub(crate) abduction: Option<AbductionAxis>,
     pub(crate) segments: [Segment; 3],
     /// Viscous friction of hip, knee and ankle \[N·m·s/rad\].
     pub(crate) friction: [f64; 3],
@@ -93,7 +100,9 @@ pub(crate) struct Model {
     pub(crate) corners: Vec<[f64; 3]>,
     pub(crate) legs: Vec<LegModel>,
     pub(crate) drives: Option<DriveModels>,
-    /// Number of inputs of a leg.
+    /// Servos of hip, knee and abduction, where these are the drives.
+    pub(crate) servos: [Option<PositionServo>; DRIVES],
+    /// Number of inputs of a leg's hip and knee.
     pub(crate) inputs: usize,
     pub(crate) ground: Option<GroundModel>,
     pub(crate) start: Posture,
@@ -110,12 +119,17 @@ impl Model {
         options.numerics.check()?;
         let setup = &options.setup;
         let ground = setup.ground.as_ref().map(ground_model).transpose()?;
-        let mounts = setup.selected_mounts(robot)?;
+        let mounts = mounts(setup, robot)?;
         let friction = setup.ground.as_ref().map(|ground| ground.friction);
         let legs = mounts.iter().enumerate();
         let contacts = setup.reaching_contacts(robot)?;
         let legs = legs.map(|(index, mount)| {
             let leg = LegModel::new(mount, index, friction)?;
+            let leg = if setup.abduction == Abduction::Locked {
+                leg
+            } else {
+                leg.abducting(mount)
+            };
             Ok::<_, LeggedError>(LegModel {
                 has_segment_contact: contacts == Contacts::All,
                 ..leg
@@ -125,6 +139,11 @@ impl Model {
             setup.contact(robot)?;
         }
         let has_corners = contacts != Contacts::Feet && setup.base != Base::Fixed;
+        let drives = setup.drive_models(robot)?;
+        let [hip, knee] = match &drives {
+            Some(DriveModels::Servos(servos)) => servos.both().map(|servo| Some(*servo)),
+            _ => [None; 2],
+        };
         let model = Self {
             base: setup.base,
             coordinates: options.coordinates,
@@ -139,7 +158,8 @@ impl Model {
                 Vec::new()
             },
             legs: legs.collect::<Result<_, _>>()?,
-            drives: setup.drive_models(robot)?,
+            drives,
+            servos: [hip, knee, setup.abduction_servo(robot)?],
             inputs: setup.drives.inputs(),
             ground,
             start: setup.posture(robot)?,
@@ -162,6 +182,15 @@ impl Model {
         Ok(model)
     }
 
+    /// Returns the inertias of the drives of hip, knee and abduction \[kg·m²\].
+    pub(crate) fn drive_inertias(&self) -> [f64; DRIVES] {
+        let drives = self.drives.as_ref();
+        let [hip, knee] = drives.map_or([0.0; 2], DriveModels::inertias);
+        let [.., abduction] = &self.servos;
+        let abduction = abduction.as_ref().map_or(0.0, PositionServo::inertia);
+        [hip, knee, abduction]
+    }
+
     /// Returns whether the trunk can move.
     pub(crate) fn is_free(&self) -> bool {
         self.base != Base::Fixed
@@ -180,6 +209,29 @@ impl LegModel {
         sum
     }
 
+    /// Returns the moment of inertia of the stretched leg about the axis of abduction \[kg·m²\].
+    pub(crate) fn abduction_inertia(&self) -> f64 {
+        let [_, beside, up] = self.hip;
+        let (mut above, mut sum) = (-up, 0.0);
+        for segment in &self.segments {
+            let arm = above + segment.centre;
+            sum += segment.moment + segment.mass * (arm * arm + beside * beside);
+            above += segment.length;
+        }
+        sum
+    }
+
+    /// Returns the same leg with its joint of abduction.
+    fn abducting(mut self, mount: &LegMount) -> Self {
+        self.abduction = mount.abduction_axis();
+        if let Some(axis) = &self.abduction {
+            let [x, y, z] = self.hip;
+            let [left, up] = axis.place;
+            self.hip = [x, y - left, z - up];
+        }
+        self
+    }
+
     fn new(mount: &LegMount, index: usize, ground: Option<f64>) -> Result<Self, LeggedError> {
         let leg = &mount.leg;
         let pantograph = Pantograph::new(leg).map_err(LeggedError::of_leg(&mount.name))?;
@@ -192,6 +244,7 @@ impl LegModel {
             name: mount.name.clone(),
             tag: escaped(&mount.name),
             hip: mount.hip,
+            abduction: None,
             segments: Segment::of(leg),
             friction: [joints.hip, joints.knee, joints.ankle],
             friction_on_ground: ground,
@@ -213,6 +266,15 @@ impl LegModel {
             pulley_position: [x, y, z * (index + 1) as f64],
             pantograph,
         })
+    }
+}
+
+/// Returns the selected legs, with joints of abduction where these are not locked.
+fn mounts<'r>(setup: &Setup, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
+    if setup.abduction == Abduction::Locked {
+        setup.selected_mounts(robot)
+    } else {
+        setup.abducting_mounts(robot)
     }
 }
 

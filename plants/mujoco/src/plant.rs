@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimTime, signal};
 use twinrig_legged::{
     Dynamics, Friction, FromRobot, LEGS, Ledger, LeggedPlant, PartFault, Posture, Setup,
-    StepInputs, StepLoad,
+    StepInputs, StepLoad, abduction_entry, adopt_abduction,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -42,7 +42,6 @@ impl FromRobot for Flow {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, MujocoError> {
-        options.setup.check_locked("`mujoco`")?;
         Self::new(robot, options).map(Box::new)
     }
 }
@@ -66,18 +65,24 @@ impl Dynamics for Flow {
     }
 
     fn initial_inputs(&self, inputs: &mut [f64]) {
-        let each = self.model.inputs;
-        let stored = self.inputs.iter().flat_map(|leg| &leg[..each]);
-        for (input, stored) in inputs.iter_mut().zip(stored) {
-            *input = *stored;
+        let (each, legs) = (self.model.inputs, self.model.legs.len());
+        let (of_drives, of_abduction) = inputs.split_at_mut(each * legs);
+        for (leg, stored) in self.inputs.iter().enumerate().take(legs) {
+            of_drives[leg * each..][..each].copy_from_slice(&stored.drives[..each]);
+        }
+        for (input, stored) in of_abduction.iter_mut().zip(&self.inputs) {
+            *input = stored.abduction;
         }
     }
 
     fn set_inputs(&mut self, inputs: &StepInputs<'_>) {
-        let each = self.model.inputs;
-        let stored = self.inputs.iter_mut().flat_map(|leg| &mut leg[..each]);
-        for (stored, input) in stored.zip(inputs.mean) {
-            *stored = *input;
+        let (each, legs) = (self.model.inputs, self.model.legs.len());
+        let (of_drives, of_abduction) = inputs.mean.split_at(each * legs);
+        for (leg, stored) in self.inputs.iter_mut().enumerate().take(legs) {
+            stored.drives[..each].copy_from_slice(&of_drives[leg * each..][..each]);
+        }
+        for (stored, input) in self.inputs.iter_mut().zip(of_abduction) {
+            stored.abduction = *input;
         }
     }
 
@@ -190,13 +195,28 @@ impl Dynamics for Flow {
         }
     }
 
+    fn extra_state(&self) -> Vec<(String, Vec<f64>)> {
+        let legs = self.model.legs.iter().zip(self.legs.iter().flatten());
+        legs.filter(|(leg, _)| leg.abduction.is_some())
+            .map(|(leg, frame)| {
+                let carrier = &frame.carrier;
+                abduction_entry(&leg.name, [carrier.angle, carrier.rate])
+            })
+            .collect()
+    }
+
     fn resume_from(
         &mut self,
         posture: &Posture,
-        _extra: &PlantState,
+        extra: &PlantState,
     ) -> Result<Vec<String>, PartFault> {
         self.check_base(posture)?;
-        self.set_posture(posture);
-        Ok(Vec::new())
+        let (mut abduction, mut lines) = ([[0.0; 2]; LEGS], Vec::new());
+        let legs = self.model.legs.iter().filter(|leg| leg.abduction.is_some());
+        for (joint, leg) in abduction.iter_mut().zip(legs) {
+            *joint = adopt_abduction(extra, &leg.name, &mut lines);
+        }
+        self.set_posture(posture, &abduction);
+        Ok(lines)
     }
 }

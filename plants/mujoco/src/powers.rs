@@ -33,15 +33,22 @@ impl Powers {
         let mut limit_power = constraints.power - normal_of_body - friction_of_body;
         for (i, leg) in model.legs.iter().enumerate() {
             let (forces, rates) = (&forces[i], &rates[i]);
-            let [hip, knee] = rates.drive_rates();
-            let drive_power = forces.torques[0] * hip + forces.torques[1] * knee;
-            powers.actuator += drive_power;
-            if constraints.clutches {
-                limit_power -= drive_power;
+            let [mut of_drives, mut of_clutches] = [0.0; 2];
+            let drives = forces.torques.iter().zip(rates.drive_rates());
+            for ((torque, rate), servo) in drives.zip(&model.servos) {
+                of_drives += torque * rate;
+                if servo.is_some() {
+                    of_clutches += torque * rate;
+                }
             }
+            powers.actuator += of_drives;
+            limit_power -= of_clutches;
             for (joint, friction) in leg.friction.iter().enumerate() {
                 powers.dissipated +=
                     friction * friction_rates[i].joints[joint] * rates.joints[joint];
+            }
+            if let Some(axis) = &leg.abduction {
+                powers.dissipated += axis.friction * friction_rates[i].abduction * rates.abduction;
             }
             let along = |force: [f64; 3]| Vector3::from(force).dot(&Vector3::from(rates.foot));
             let (normal_power, friction_power) = (along(forces.normal), along(forces.along));

@@ -2,33 +2,36 @@
 
 use twinrig_legged::LEGS;
 
-use crate::frame::{LegFrame, TrunkFrame, spatial};
+use crate::drives::DRIVES;
+use crate::frame::{LegFrame, TrunkFrame};
 use crate::model::{LegModel, Model};
 use crate::options::{Coordinates, Integrator};
 
-/// Rates of a leg: hip, knee, ankle and pulley \[rad/s\], foot in the world \[m/s\].
+/// Rates of a leg: hip, knee, ankle, pulley and abduction \[rad/s\], foot in the world \[m/s\].
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct LegRates {
     pub(crate) joints: [f64; 3],
     pulley: f64,
+    pub(crate) abduction: f64,
     pub(crate) foot: [f64; 3],
 }
 
 impl LegRates {
     fn new(leg: &LegModel, trunk: &TrunkFrame, frame: &LegFrame) -> Self {
         let [place, speed] = frame.foot(leg);
-        let foot = trunk.point_velocity(&spatial(place, leg.hip[1]), &spatial(speed, 0.0));
+        let foot = trunk.point_velocity(&place, &speed);
         let [first, second, third] = frame.bars.map(|bar| bar.rate);
         Self {
             joints: [first, second - first, third - second],
             pulley: frame.pulley_rate,
+            abduction: frame.carrier.rate,
             foot: foot.into(),
         }
     }
 
-    /// Returns the rates of hip and knee drive.
-    pub(crate) fn drive_rates(&self) -> [f64; 2] {
-        [self.joints[0], self.pulley]
+    /// Returns the rates of the drives.
+    pub(crate) fn drive_rates(&self) -> [f64; DRIVES] {
+        [self.joints[0], self.pulley, self.abduction]
     }
 
     fn mean_with(&self, other: &Self) -> Self {
@@ -38,6 +41,7 @@ impl LegRates {
         Self {
             joints: three(&self.joints, &other.joints),
             pulley: mean(self.pulley, other.pulley),
+            abduction: mean(self.abduction, other.abduction),
             foot: three(&self.foot, &other.foot),
         }
     }

@@ -60,6 +60,14 @@ impl Readings for Flow {
         self.forces[leg].tension
     }
 
+    fn abduction(&self, leg: usize) -> f64 {
+        self.legs[leg].map_or(0.0, |frame| frame.carrier.angle)
+    }
+
+    fn abduction_torque(&self, leg: usize) -> f64 {
+        self.forces[leg].torques[2]
+    }
+
     fn angles(&self, leg: usize) -> [f64; 3] {
         self.legs[leg].map_or([0.0; 3], |frame| frame.bars.map(|bar| bar.angle))
     }

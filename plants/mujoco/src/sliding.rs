@@ -11,7 +11,7 @@ use twinrig_legged::LEGS;
 
 use crate::addresses::{LegAddresses, Place};
 use crate::flow::{CONTACTS, Flow, FlowFault};
-use crate::frame::{LegFrame, TrunkFrame, spatial};
+use crate::frame::{LegFrame, TrunkFrame};
 use crate::options::{Cone, TimeConstant};
 
 /// Share of the friction limit from which a foot slides \[1\].
@@ -162,7 +162,7 @@ impl Flow {
                 let model = &self.model.legs[leg];
                 let [foot, speed] =
                     frames[leg].map_or_else(Default::default, |frame| frame.foot(model));
-                trunk.point_velocity(&spatial(foot, model.hip[1]), &spatial(speed, 0.0))
+                trunk.point_velocity(&foot, &speed)
             }
         }
     }

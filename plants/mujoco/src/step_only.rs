@@ -1,6 +1,6 @@
 //! Steps of MuJoCo alone: the loop that a user of the engine writes without this crate.
 
-use twinrig_legged::{DriveModels, Ledger, Servos};
+use twinrig_legged::Ledger;
 
 use crate::drives::{self, DriveStates};
 use crate::flow::Flow;
@@ -10,35 +10,30 @@ impl Flow {
     /// Advances by a step of MuJoCo, bit for bit `mj_step`, and by nothing else. Commands are
     /// written before it.
     pub(crate) fn step_alone(&mut self, seconds: f64) {
-        if let Some(DriveModels::Servos(servos)) = self.model.drives {
-            for leg in 0..self.at.legs.len() {
-                self.command(leg, &servos, seconds);
-            }
+        for leg in 0..self.at.legs.len() {
+            self.command(leg, seconds);
         }
         self.engine.step_unchecked(seconds);
     }
 
     /// Writes the commands of a leg to its position actuators, or the rates that its servos request
     /// to their flywheels.
-    fn command(&mut self, leg: usize, servos: &Servos, seconds: f64) {
-        let commands = self.inputs[leg];
-        if let Some(actuators) = self.at.legs[leg].motors {
-            let controls = self.engine.data_mut().ctrl_mut();
-            for (actuator, command) in actuators.into_iter().zip(commands) {
-                controls[actuator] = command;
+    fn command(&mut self, leg: usize, seconds: f64) {
+        let inputs = self.inputs[leg];
+        for (actuator, command) in self.at.legs[leg].actuators.iter().zip(inputs.commands()) {
+            if let Some(actuator) = actuator {
+                self.engine.data_mut().ctrl_mut()[*actuator] = command;
             }
         }
-        if let Some(flywheels) = self.at.legs[leg].flywheels {
-            let states = self.drive_states_of_leg(leg);
-            drives::set_flywheels(
-                &mut self.engine,
-                &flywheels,
-                servos,
-                &commands,
-                &states,
-                seconds,
-            );
-        }
+        let states = self.drive_states_of_leg(leg);
+        drives::set_flywheels(
+            &mut self.engine,
+            &self.model,
+            &self.at.legs[leg],
+            &inputs,
+            &states,
+            seconds,
+        );
     }
 
     /// Returns angles and rates of a leg's drives, from MuJoCo's coordinates.
@@ -56,7 +51,9 @@ impl Flow {
         let pulley = at.pulley.map_or([0.0; 2], |[place, dof]| {
             [qpos[place] / radius, qvel[dof] / radius]
         });
-        [hip, pulley]
+        let abduction = at.abduction;
+        let abduction = abduction.map_or([0.0; 2], |[place, dof]| [qpos[place], qvel[dof]]);
+        [hip, pulley, abduction]
     }
 
     /// Updates the readings after steps of the engine alone; its energy balance is the stored

@@ -34,7 +34,7 @@ mod triangle;
 pub use error::RobotError;
 pub use file::{RobotFile, SERVO_BENCHES};
 pub use parameters::{
-    Abduction, Actuators, Compliance, Contact, GRAVITY, JointFriction, Leg, LegMass, LegMount,
-    Motor, Motors, OneSided, Robot, Servo, Spring, Toe, Trunk,
+    Abduction, AbductionAxis, Actuators, Compliance, Contact, GRAVITY, JointFriction, Leg, LegMass,
+    LegMount, Motor, Motors, OneSided, Robot, Servo, Spring, Toe, Trunk,
 };
 pub use payload::{Payload, PointMass};

@@ -130,6 +130,35 @@ pub struct LegMount {
     pub leg: Leg,
 }
 
+/// Axis of abduction of a mounted leg; angles are positive to the left.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AbductionAxis {
+    /// Position in the trunk frame, left and up \[m\].
+    pub place: [f64; 2],
+    /// Least and greatest angle \[rad\].
+    pub range: [f64; 2],
+    /// Viscous friction \[N·m·s/rad\].
+    pub friction: f64,
+}
+
+impl LegMount {
+    /// Returns the axis of abduction, if the leg has such a joint.
+    pub fn abduction_axis(&self) -> Option<AbductionAxis> {
+        let joint = self.leg.abduction?;
+        let [_, y, z] = self.hip;
+        let (inward, range) = if y < 0.0 {
+            (joint.offset, [-joint.abduction_max, joint.adduction_max])
+        } else {
+            (-joint.offset, [-joint.adduction_max, joint.abduction_max])
+        };
+        Some(AbductionAxis {
+            place: [y + inward, z + joint.height],
+            range,
+            friction: joint.friction,
+        })
+    }
+}
+
 record! {
     /// The spring-loaded pantograph leg (thesis, section 2.1.1 and appendix A).
     #[derive(Debug, Clone, PartialEq)]

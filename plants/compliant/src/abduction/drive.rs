@@ -1,6 +1,6 @@
 //! Servos of the joints, and the limits of their torque.
 
-use twinrig_kernel::signal;
+use twinrig_legged::{abduction_entry, adopt_abduction};
 use twinrig_runtime::PlantState;
 
 use super::AbductionJoints;
@@ -27,19 +27,14 @@ impl JointState<Quad> {
     };
 }
 
-/// Name of a leg's joint in a plant's state: angle and rate.
-const ENTRY: &str = "abduction";
-
 impl JointState<Quad> {
     /// Returns the entries of the joints of these legs in a plant's state.
     pub fn entries<'a>(
         &'a self,
         legs: impl Iterator<Item = &'a str> + 'a,
     ) -> impl Iterator<Item = (String, Vec<f64>)> + 'a {
-        legs.enumerate().map(|(i, leg)| {
-            let values = vec![self.angle.0[i], self.rate.0[i]];
-            (signal::of_leg(leg, ENTRY), values)
-        })
+        legs.enumerate()
+            .map(|(i, leg)| abduction_entry(leg, [self.angle.0[i], self.rate.0[i]]))
     }
 
     /// Adopts the entries of the joints of these legs, and adds a line for each that is missing.
@@ -50,13 +45,7 @@ impl JointState<Quad> {
         lines: &mut Vec<String>,
     ) {
         for (i, leg) in legs.enumerate() {
-            let name = signal::of_leg(leg, ENTRY);
-            match from.get(&name) {
-                Some([angle, rate]) if angle.is_finite() && rate.is_finite() => {
-                    (self.angle.0[i], self.rate.0[i]) = (*angle, *rate);
-                }
-                _ => lines.push(format!("{name} is missing; the leg is upright")),
-            }
+            [self.angle.0[i], self.rate.0[i]] = adopt_abduction(from, leg, lines);
         }
     }
 }

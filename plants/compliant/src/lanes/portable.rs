@@ -31,6 +31,8 @@ pub(super) fn dispatch<K: Kernel>(kernel: K) -> K::Output {
 impl Simd for Portable {
     type Lanes = Numbers;
 
+    const ARE_WIDE: bool = false;
+
     #[inline(always)]
     fn splat(self, value: f64) -> Numbers {
         Numbers(f64x4::splat(value))

@@ -45,6 +45,8 @@ impl<T: Task> NullaryFnOnce for Vectorized<T> {
 impl Simd for Avx2 {
     type Lanes = Numbers;
 
+    const ARE_WIDE: bool = true;
+
     #[inline(always)]
     fn splat(self, value: f64) -> Numbers {
         let v = self.0.avx._mm256_set1_pd(value);

@@ -30,6 +30,31 @@ struct Setting<L: Lanes, const N: usize, const P: usize, const B: usize> {
     compressed: L,
 }
 
+/// Everything but the drives as a function of its own, where kinds of drives share it.
+struct Preparation<
+    'a,
+    S: Simd,
+    const N: usize,
+    const P: usize,
+    const A: usize,
+    const B: usize,
+    const FREE: bool,
+> {
+    evaluation: &'a Evaluation<'a, S, N, P, A, B>,
+    has_cable: bool,
+}
+
+impl<S: Simd, const N: usize, const P: usize, const A: usize, const B: usize, const FREE: bool> Task
+    for Preparation<'_, S, N, P, A, B, FREE>
+{
+    type Output = Setting<S::Lanes, N, P, B>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.evaluation.prepare::<FREE>(self.has_cable)
+    }
+}
+
 /// Returns a vector in the first three lanes.
 #[inline(always)]
 fn four<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> S::Lanes {
@@ -169,6 +194,17 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
     /// Returns everything but the drives.
     #[inline(always)]
     fn setting<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P, B> {
+        if S::ARE_WIDE && A == 0 && B == 0 {
+            return self.prepare::<FREE>(has_cable);
+        }
+        self.simd.call(Preparation::<_, N, P, A, B, FREE> {
+            evaluation: self,
+            has_cable,
+        })
+    }
+
+    #[inline(always)]
+    fn prepare<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P, B> {
         let (legs, state) = (self.legs, self.state);
         let trunk = TrunkMotion::new(state.trunk());
         let turns = Turns::new(&state.angles);

@@ -201,8 +201,8 @@ impl<S: Simd, const A: usize, const B: usize> Task for Evaluation<'_, S, A, B> {
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        // Planes that abduct move with any base.
-        if A == 0 && self.model.rigid.base == Base::Fixed {
+        // Planes that abduct move with any base; contact of the body is rare on a fixed one.
+        if A == 0 && B == 0 && self.model.rigid.base == Base::Fixed {
             self.slope::<false>()
         } else {
             self.slope::<true>()
@@ -221,7 +221,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
         let forces = self.leg_forces(&turns, &motion);
         let ground = self.ground(&trunk, &motion.point);
         let pushed = self.pushed(&trunk);
-        let corners = Corners::new(simd, self.model, state).filter(|_| FREE);
+        let corners = Corners::new(simd, self.model, state);
         let on_corners = corners.map(|corners| corners.force(simd, &trunk));
         let on_trunk = sum_on_trunk(pushed.as_ref(), on_corners.as_ref());
         let [drift_x, drift_y, drift_z] = motion.drift(&trunk, frame.as_ref());

@@ -76,6 +76,9 @@ impl TrunkSums {
     /// −z, x), couples y, roll and yaw, of which y is eliminated.
     #[inline(always)]
     pub(crate) fn solve(&self, base: Base, trunk: &TrunkConstants) -> [f64; 6] {
+        if base == Base::Fixed {
+            return [0.0; 6];
+        }
         let [fx, fy, fz, roll, pitch, yaw] = self.force;
         let (x, z) = (fx * trunk.per_mass, fz * trunk.per_mass);
         let turn = pitch * trunk.per_pitch;

@@ -11,9 +11,11 @@
 
 use core::fmt::Write;
 
-use twinrig_legged::{DriveModels, Servos};
+use twinrig_actuator::PositionServo;
+use twinrig_legged::DriveModels;
 
 use super::sections::{Sections, line, triple};
+use crate::drives::DRIVE_NAMES;
 use crate::model::{FLYWHEEL, LegModel, Model, UNLIMITED};
 use crate::options::Coordinates;
 
@@ -21,10 +23,69 @@ use crate::options::Coordinates;
 /// pulley \[m\].
 const BRANCH: f64 = 1.0;
 
+/// Drive of a joint: coordinate, its ratio to the angle of the drive, and the inertia that a servo
+/// moves.
+struct Driven {
+    joint: String,
+    ratio: f64,
+    inertia: f64,
+}
+
 /// Writes pulley, cable and drives of a leg.
-pub(super) fn write(leg: &LegModel, drives: &DriveModels, model: &Model, to: &mut Sections) {
+pub(super) fn write(leg: &LegModel, model: &Model, to: &mut Sections) {
+    let tag = &leg.tag;
+    if model.drives.is_some() {
+        cable(leg, model, to);
+    }
+    let hip = match model.coordinates {
+        Coordinates::Minimal => format!("{tag}_hip"),
+        Coordinates::Maximal => format!("{tag}_upper_turn"),
+    };
+    let [at_hip, at_pulley, at_abduction] = model.drive_inertias();
+    let driven = |joint: String, ratio, inertia| Driven {
+        joint,
+        ratio,
+        inertia,
+    };
+    let joints = [
+        driven(hip, 1.0, at_hip + leg.hip_inertia()),
+        driven(format!("{tag}_pulley"), 1.0 / leg.pulley_radius, at_pulley),
+        driven(
+            format!("{tag}_abduction"),
+            1.0,
+            at_abduction + leg.abduction_inertia(),
+        ),
+    ];
+    for ((drive, servo), driven) in DRIVE_NAMES.into_iter().zip(&model.servos).zip(&joints) {
+        let name = format!("{tag}_{drive}");
+        match servo {
+            Some(servo) if model.position_actuators => {
+                position_actuator(&name, servo, driven, to);
+            }
+            Some(servo) => clutch(&name, servo, driven, to),
+            None => {}
+        }
+    }
+    if let Some(DriveModels::Motors(_)) = model.drives {
+        let [hip, pulley, _] = joints;
+        line!(
+            to.actuators,
+            "    <motor name=\"{tag}_hip\" joint=\"{}\"/>",
+            hip.joint
+        );
+        line!(
+            to.actuators,
+            "    <motor name=\"{tag}_knee\" joint=\"{}\" gear=\"{}\"/>",
+            pulley.joint,
+            pulley.ratio
+        );
+    }
+}
+
+/// Writes pulley and cable of a leg.
+fn cable(leg: &LegModel, model: &Model, to: &mut Sections) {
     let (tag, radius) = (&leg.tag, leg.pulley_radius);
-    let [_, inertia] = drives.inertias();
+    let [_, inertia, _] = model.drive_inertias();
     let [x, y, z] = leg.pulley_position;
     line!(
         to.world,
@@ -46,74 +107,36 @@ pub(super) fn write(leg: &LegModel, drives: &DriveModels, model: &Model, to: &mu
         "    <spatial name=\"{tag}_cable\" range=\"0 {}\">\n      <site site=\"{tag}_hip\"/><site site=\"{tag}_ankle\"/><pulley divisor=\"1\"/>\n      <site site=\"{tag}_anchor\"/><site site=\"{tag}_pulley\"/>\n    </spatial>",
         leg.cable_max + BRANCH
     );
-    let hip = match model.coordinates {
-        Coordinates::Minimal => format!("{tag}_hip"),
-        Coordinates::Maximal => format!("{tag}_upper_turn"),
-    };
-    match drives {
-        DriveModels::Servos(servos) if model.position_actuators => {
-            position_actuators(leg, servos, &hip, to);
-        }
-        DriveModels::Servos(servos) => {
-            let knee = (format!("{tag}_pulley"), 1.0 / radius);
-            let joints = [(hip, 1.0), knee];
-            for ((drive, servo), (joint, per)) in
-                ["hip", "knee"].into_iter().zip(servos.both()).zip(joints)
-            {
-                let torque = servo.torque().min(UNLIMITED);
-                line!(
-                    to.world,
-                    "    <body name=\"{tag}_{drive}_flywheel\">\n      <joint name=\"{tag}_{drive}_flywheel\" axis=\"0 -1 0\"/>\n      <inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"{FLYWHEEL} {FLYWHEEL} {FLYWHEEL}\"/>\n    </body>"
-                );
-                line!(
-                    to.tendons,
-                    "    <fixed name=\"{tag}_{drive}_clutch\" frictionloss=\"{torque}\">\n      <joint joint=\"{joint}\" coef=\"{per}\"/><joint joint=\"{tag}_{drive}_flywheel\" coef=\"-1\"/>\n    </fixed>"
-                );
-            }
-        }
-        DriveModels::Motors(_) => {
-            line!(
-                to.actuators,
-                "    <motor name=\"{tag}_hip\" joint=\"{hip}\"/>"
-            );
-            line!(
-                to.actuators,
-                "    <motor name=\"{tag}_knee\" joint=\"{tag}_pulley\" gear=\"{}\"/>",
-                1.0 / radius
-            );
-        }
-    }
 }
 
-/// Writes the servos of a leg as position actuators, critically damped at the rate of the servos
-/// with the inertia of the stretched leg, or of the pulley.
-fn position_actuators(leg: &LegModel, servos: &Servos, hip: &str, to: &mut Sections) {
-    let tag = &leg.tag;
-    let [at_hip, at_pulley] = servos.both();
-    let pulley = format!("{tag}_pulley");
-    for (drive, servo, joint, gear, inertia) in [
-        (
-            "hip",
-            at_hip,
-            hip,
-            1.0,
-            at_hip.inertia() + leg.hip_inertia(),
-        ),
-        (
-            "knee",
-            at_pulley,
-            pulley.as_str(),
-            1.0 / leg.pulley_radius,
-            at_pulley.inertia(),
-        ),
-    ] {
-        let rate = 2.0 / servo.lag();
-        let (stiffness, damping) = (inertia * rate * rate, 2.0 * inertia * rate);
-        let torque = servo.torque().min(UNLIMITED);
-        line!(
-            to.actuators,
-            "    <position name=\"{tag}_{drive}\" joint=\"{joint}\" gear=\"{gear}\" kp=\"{stiffness}\" kv=\"{damping}\" \
-             forcerange=\"-{torque} {torque}\"/>"
-        );
-    }
+/// Writes a servo as a flywheel and a clutch.
+fn clutch(name: &str, servo: &PositionServo, driven: &Driven, to: &mut Sections) {
+    let torque = servo.torque().min(UNLIMITED);
+    let Driven { joint, ratio, .. } = driven;
+    line!(
+        to.world,
+        "    <body name=\"{name}_flywheel\">\n      <joint name=\"{name}_flywheel\" axis=\"0 -1 0\"/>\n      <inertial pos=\"0 0 0\" mass=\"1\" diaginertia=\"{FLYWHEEL} {FLYWHEEL} {FLYWHEEL}\"/>\n    </body>"
+    );
+    line!(
+        to.tendons,
+        "    <fixed name=\"{name}_clutch\" frictionloss=\"{torque}\">\n      <joint joint=\"{joint}\" coef=\"{ratio}\"/><joint joint=\"{name}_flywheel\" coef=\"-1\"/>\n    </fixed>"
+    );
+}
+
+/// Writes a servo as a position actuator, critically damped at the rate of the servo with the
+/// inertia of the stretched leg, or of the pulley.
+fn position_actuator(name: &str, servo: &PositionServo, driven: &Driven, to: &mut Sections) {
+    let Driven {
+        joint,
+        ratio,
+        inertia,
+    } = driven;
+    let rate = 2.0 / servo.lag();
+    let (stiffness, damping) = (inertia * rate * rate, 2.0 * inertia * rate);
+    let torque = servo.torque().min(UNLIMITED);
+    line!(
+        to.actuators,
+        "    <position name=\"{name}\" joint=\"{joint}\" gear=\"{ratio}\" kp=\"{stiffness}\" kv=\"{damping}\" \
+         forcerange=\"-{torque} {torque}\"/>"
+    );
 }

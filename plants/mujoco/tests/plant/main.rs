@@ -1,5 +1,6 @@
 //! Tests of the plant through its public interface.
 
+mod abduction;
 mod accuracy;
 mod allocation;
 mod closed_forms;

@@ -1,0 +1,221 @@
+//! Legs that abduct.
+
+use nalgebra::Vector3;
+use twinrig_kernel::SimDuration;
+use twinrig_legged::{Abduction, Base, Drives, Segment, Setup};
+use twinrig_mujoco::{Coordinates, Mujoco, MujocoError, Options};
+use twinrig_robot::{Abduction as Joint, GRAVITY, LegMount, Robot};
+use twinrig_runtime::{Plant as _, PlantState};
+use twinrig_testing::abduction::{JOINT, Tumble, servo};
+use twinrig_testing::point_masses::abducted;
+use twinrig_testing::robots::{self, LEGS, pose};
+
+use crate::fixture::{Fixture, SERVO, hanging, with_options};
+
+/// A robot whose legs abduct, about axes beside and above the hips.
+fn robot() -> Robot {
+    robots::with_legs(|leg| leg.abduction = Some(JOINT))
+}
+
+/// Legs between their stops, without drives.
+fn passive(base: Base) -> Setup {
+    Setup {
+        base,
+        abduction: Abduction::Passive,
+        ..hanging(pose([10.0, -25.0, 37.0], [0.0; 3]))
+    }
+}
+
+/// Returns the state of a plant with the motion of trunk and joints of a tumble.
+fn with_motion(state: &PlantState, motion: &Tumble) -> PlantState {
+    let mut changed = state
+        .clone()
+        .with("body/orientation", &motion.attitude)
+        .with("body/velocity", &motion.velocity)
+        .with("body/angular_velocity", &motion.turning);
+    for (i, leg) in LEGS.iter().enumerate() {
+        let joint = [motion.angles[i], motion.rates[i]];
+        changed = changed.with(format!("leg/{leg}/abduction"), &joint);
+    }
+    changed
+}
+
+fn residual(fixture: &Fixture) -> f64 {
+    let balance = fixture.energy();
+    balance.residual.abs() / balance.exchanged
+}
+
+/// A robot whose legs move between their stops, as those of `passive-legs-free.toml`.
+fn without_impacts() -> Robot {
+    robots::with_legs(|leg| {
+        leg.diagonal.preload = -4e-3;
+        leg.parallel.preload = -4e-3;
+        leg.abduction = Some(Joint {
+            abduction_max: 1.5,
+            adduction_max: 1.5,
+            ..JOINT
+        });
+    })
+}
+
+/// The energy is ours, the motion MuJoCo's: a wrong inertia, place or velocity would not be
+/// conserved. The residual is that of the method, of order four in minimal coordinates and one in
+/// maximal ones.
+#[test]
+fn energy_of_a_tumbling_robot_is_conserved() {
+    let robot = without_impacts();
+    for (coordinates, bound) in [(Coordinates::Minimal, 1.2e-9), (Coordinates::Maximal, 5e-3)] {
+        for seed in 1..=6 {
+            let setup = Setup {
+                start: pose([10.0, -26.0, 44.0], [0.0; 3]),
+                step: SimDuration::from_micros(100),
+                ..passive(Base::Free)
+            };
+            let mut fixture = with_options(&robot, &Options::new(setup, coordinates));
+            let state = fixture.plant.state().unwrap();
+            let motion = Tumble::drawn(seed);
+            let lines = fixture.plant.resume_from(&with_motion(&state, &motion));
+            assert_eq!(lines.unwrap(), Vec::<String>::new());
+            fixture.advance_us(60_000);
+            let balance = fixture.energy();
+            assert_eq!(balance.impact, 0.0, "{coordinates:?} {seed}: {balance:?}");
+            let residual = residual(&fixture);
+            // Measured values times 1.5.
+            assert!(residual < bound, "{coordinates:?} {seed}: {residual:e}");
+        }
+    }
+}
+
+/// A servo that holds a leg aside bears the moment of its weight: the sum of m g y over its
+/// segments, from the axis.
+#[test]
+fn servos_bear_the_weight_of_legs_held_aside() {
+    let robot = robot();
+    let angle = 0.2;
+    for coordinates in Coordinates::ALL {
+        let setup = Setup {
+            drives: Drives::Servos {
+                hip: SERVO,
+                knee: SERVO,
+            },
+            abduction: Abduction::Servos(servo(1.0)),
+            ..hanging(pose([10.0, -25.0, 37.0], [0.0; 3]))
+        };
+        let mut fixture = with_options(&robot, &Options::new(setup, coordinates));
+        let hips_and_knees = fixture.commands.len() - LEGS.len();
+        assert_eq!(hips_and_knees, 2 * LEGS.len());
+        fixture.commands[hips_and_knees..].fill(angle);
+        fixture.advance_us(2_000_000);
+        let state = fixture.plant.state().unwrap();
+        for mount in &robot.legs {
+            let signal = |name: &str| format!("leg/{}/{name}", mount.name);
+            let found = fixture.value(&signal("abduction/position"));
+            assert!((found - angle).abs() < 1e-4, "{coordinates:?}: {found}");
+            let (mut moment, mut joint) = (0.0, Vector3::zeros());
+            let segments = Segment::of(&mount.leg);
+            let angles = state.get(&signal("angles")).unwrap();
+            for (segment, theta) in segments.iter().zip(angles) {
+                let along = Vector3::new(libm::sin(*theta), 0.0, -libm::cos(*theta));
+                let place = abducted(mount, found, joint + along * segment.centre);
+                moment += segment.mass * GRAVITY * (place.y - axis_of(mount));
+                joint += along * segment.length;
+            }
+            let torque = fixture.value(&signal("abduction/torque"));
+            // The rest of a motion that a lag of 20 ms ends.
+            let error = (torque - moment).abs();
+            assert!(error < 2e-4, "{coordinates:?}: {torque} N·m, {moment} N·m");
+        }
+    }
+}
+
+/// Returns the position of the axis of a leg, to the left \[m\].
+fn axis_of(mount: &LegMount) -> f64 {
+    let inward = if mount.hip[1] > 0.0 {
+        -JOINT.offset
+    } else {
+        JOINT.offset
+    };
+    mount.hip[1] + inward
+}
+
+/// A stop ends the swing of a leg that a weak servo drives against it.
+#[test]
+fn legs_do_not_pass_their_stops() {
+    for coordinates in Coordinates::ALL {
+        let setup = Setup {
+            abduction: Abduction::Servos(servo(0.5)),
+            ..passive(Base::Fixed)
+        };
+        let mut fixture = with_options(&robot(), &Options::new(setup, coordinates));
+        for outwards in [1.0, -1.0] {
+            for (command, side) in fixture.commands.iter_mut().zip([1.0, -1.0, 1.0, -1.0]) {
+                *command = 2.0 * outwards * side;
+            }
+            fixture.advance_us(1_000_000);
+            let most = if outwards > 0.0 {
+                JOINT.abduction_max
+            } else {
+                -JOINT.adduction_max
+            };
+            for (leg, side) in LEGS.iter().zip([1.0, -1.0, 1.0, -1.0]) {
+                let angle = fixture.value(&format!("leg/{leg}/abduction/position"));
+                let beyond = side * angle - most;
+                assert!(
+                    beyond.abs() < 5e-3,
+                    "{coordinates:?} {leg}: {angle} rad, stop at {most}"
+                );
+            }
+        }
+    }
+}
+
+/// Snapshots restore the joints bit for bit, and states of the other coordinates to rounding.
+#[test]
+fn joints_are_saved_and_resumed() {
+    let setup = || Setup {
+        abduction: Abduction::Servos(servo(0.5)),
+        ..passive(Base::Free)
+    };
+    let create = |coordinates| with_options(&robot(), &Options::new(setup(), coordinates));
+    let mut from = create(Coordinates::Minimal);
+    from.commands.copy_from_slice(&[0.2, -0.1, 0.1, -0.2]);
+    from.advance_us(40_000);
+    let (saved, state) = (from.plant.save(), from.plant.state().unwrap());
+    from.advance_us(60_000);
+    let expected = from.observe().to_vec();
+    from.plant.restore(&saved).unwrap();
+    from.now_us = 40_000;
+    from.advance_us(60_000);
+    assert_eq!(from.observe(), expected);
+
+    let mut to = create(Coordinates::Maximal);
+    assert_eq!(to.plant.resume_from(&state).unwrap(), Vec::<String>::new());
+    let resumed = to.plant.state().unwrap();
+    for leg in LEGS {
+        let name = format!("leg/{leg}/abduction");
+        let (found, expected) = (resumed.get(&name).unwrap(), state.get(&name).unwrap());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{leg}: {found} {expected}"
+            );
+        }
+        assert!(expected[0].abs() > 1e-2, "{leg}: {expected:?}");
+    }
+    let upright = state.only(|name| !name.ends_with("/abduction"));
+    let lines = to.plant.resume_from(&upright).unwrap();
+    assert_eq!(lines.len(), LEGS.len(), "{lines:?}");
+    assert!(
+        lines[0].contains("leg/LF/abduction is missing"),
+        "{lines:?}"
+    );
+}
+
+#[test]
+fn robots_without_the_joint_are_refused() {
+    let options = Options::new(passive(Base::Free), Coordinates::Minimal);
+    let refused = Mujoco::new(&robots::robot(), &options, &|_| true).map(|_| ());
+    let error: MujocoError = refused.unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("leg LF has no joint of abduction"), "{text}");
+}
