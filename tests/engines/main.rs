@@ -2,6 +2,8 @@
 //! the scenario but not the numerical method.
 #![cfg(any(feature = "mujoco", feature = "rapier"))]
 
+#[cfg(feature = "mujoco")]
+mod abduction;
 mod branches;
 mod contacts;
 #[cfg(feature = "mujoco")]

@@ -11,10 +11,12 @@
 //! assert_eq!(run(&assembly).to_string(), run(&assembly).to_string());
 //! ```
 
+mod abduction;
 mod faulty_plant;
 mod files;
 mod fixture;
 
+pub use abduction::assert_legs_follow_the_servo_board;
 pub use faulty_plant::{FaultyPlant, with_faulty_plant};
 pub use files::{scenarios, scenarios_in, settings, shipped};
 pub use fixture::{TrotFixture, record, run, run_from};

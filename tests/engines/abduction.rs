@@ -1,0 +1,97 @@
+//! Legs that abduct, in MuJoCo.
+
+use std::path::Path;
+
+use twinrig::kernel::SimDuration;
+use twinrig::scenario::Verdict;
+use twinrig::{Assembly, Execution, Registry, execute};
+use twinrig_tests::assert_legs_follow_the_servo_board;
+
+use crate::{feet_of, of_command_line, rms};
+
+/// Oncilla trots in the air, and its legs spread to 12° on the way.
+const HANGING: &str = r#"
+name = "hanging"
+robot = "oncilla"
+duration = "1.5 s"
+seed = 1
+
+[plant]
+model = "lcp"
+base = "fixed"
+abduction = "free"
+
+[actuator]
+kind = "ideal"
+
+[controller]
+kind = "cpg"
+gait = "trot"
+period = "2 ms"
+frequency = "2 Hz"
+ramp = "500 ms"
+abduction = "hold"
+
+[[change]]
+at = "0.5 s"
+set = "splay"
+to = "12 deg"
+"#;
+
+fn track(settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
+    let registry = Registry::standard();
+    let assembly = Assembly::builder(&registry)
+        .settings(&of_command_line(settings))
+        .text("hanging.toml", HANGING, Path::new(""))
+        .unwrap_or_else(|error| panic!("{error}"));
+    feet_of(&assembly, SimDuration::from_millis(1500))
+}
+
+#[test]
+fn mujoco_moves_the_feet_as_the_full_plant() {
+    let reference = track(&[]);
+    for coordinates in ["'maximal'", "'minimal'"] {
+        let settings = [
+            ("plant.model", "'mujoco'"),
+            ("plant.coordinates", coordinates),
+        ];
+        let distance = rms(&reference, &track(&settings));
+        println!("{coordinates}: {distance}");
+        assert!(distance < 1e-3, "{coordinates}: {distance} m");
+    }
+    // By the spread, feet move sideways by centimetres.
+    let locked = track(&[("plant.abduction", "'locked'")]);
+    assert!(rms(&reference, &locked) > 1e-2);
+}
+
+#[test]
+fn unplugged_servo_board_changes_the_motion_of_legs_that_abduct() {
+    assert_legs_follow_the_servo_board("mujoco");
+}
+
+/// The robot trots straight on at its speed, as with locked joints.
+#[test]
+fn legs_that_abduct_trot_in_mujoco() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/oncilla-trot.toml");
+    let registry = Registry::standard();
+    let settings = [
+        ("plant.model", "'mujoco'"),
+        ("plant.abduction", "'free'"),
+        ("duration", "'10 s'"),
+    ];
+    let assembly = Assembly::builder(&registry)
+        .settings(&of_command_line(&settings))
+        .file(&path)
+        .unwrap();
+    let report = execute(&assembly, &Execution::default()).unwrap();
+    let outcomes = report.expectations.iter().map(|line| &line.outcome);
+    let kept = ["does not fall", "forward speed", "goes straight"];
+    let kept: Vec<_> = outcomes
+        .filter(|row| kept.contains(&row.name.as_str()))
+        .map(|row| (row.verdict, row.measured))
+        .collect();
+    println!("{kept:?}");
+    assert_eq!(kept.len(), 3);
+    let passes = kept.iter().all(|(verdict, _)| *verdict == Verdict::Pass);
+    assert!(passes, "{kept:?}");
+}
