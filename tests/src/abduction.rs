@@ -22,6 +22,9 @@ fn spreading_trot(settings: &[(&str, &str)]) -> (String, f64) {
 }
 
 /// Checks that the legs of a plant follow the servo board, and not one that is unplugged.
+///
+/// # Panics
+/// If they do not.
 pub fn assert_legs_follow_the_servo_board(plant: &str) {
     let model = format!("'{plant}'");
     let free = [
