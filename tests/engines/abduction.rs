@@ -5,7 +5,7 @@ use std::path::Path;
 use twinrig::kernel::SimDuration;
 use twinrig::scenario::Verdict;
 use twinrig::{Assembly, Execution, Registry, execute};
-use twinrig_tests::assert_legs_follow_the_servo_board;
+use twinrig_tests::{assert_legs_follow_the_servo_board, assert_steers};
 
 use crate::{feet_of, of_command_line, rms};
 
@@ -67,6 +67,11 @@ fn mujoco_moves_the_feet_as_the_full_plant() {
 #[test]
 fn unplugged_servo_board_changes_the_motion_of_legs_that_abduct() {
     assert_legs_follow_the_servo_board("mujoco");
+}
+
+#[test]
+fn oncilla_turns_and_steps_to_the_side_in_mujoco() {
+    assert_steers("mujoco");
 }
 
 /// The robot trots straight on at its speed, as with locked joints.

@@ -22,3 +22,4 @@ mod scenarios;
 mod sensors;
 mod serial_servos;
 mod set_points;
+mod steering;

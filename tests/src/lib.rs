@@ -15,8 +15,10 @@ mod abduction;
 mod faulty_plant;
 mod files;
 mod fixture;
+mod steering;
 
 pub use abduction::assert_legs_follow_the_servo_board;
 pub use faulty_plant::{FaultyPlant, with_faulty_plant};
 pub use files::{scenarios, scenarios_in, settings, shipped};
 pub use fixture::{TrotFixture, record, run, run_from};
+pub use steering::assert_steers;

@@ -40,12 +40,19 @@ use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCu
 /// | `ramp` | s | ≥ 0 | –, duration of the step length's rise from 0 after the start |
 /// | `crouch` | m | ≥ 0 | –, initial reduction of the hip height, removed over the ramp |
 /// | `splay` | rad | −π/2 to π/2 | –, angle of abduction ([`Abduction`]) |
+/// | `turn` | rad/s | −π/2 to π/2 | –, rate of yaw, positive to the left (6) |
+/// | `sidestep` | m/s | to a length of a leg a second | –, velocity to the left (6) |
+/// | `lateral_offset/X` | m | to the leg's length | –, place of the foot to the left (6) |
+/// | `dead_band` | rad | 0 to 0.2 | –, half-width of that of the servos of abduction (6) (7) |
+/// | `lead` | s | 0 to 0.2 | –, time by which commands of abduction are ahead of the phase (6) |
 ///
 /// 1. A hip that is lower than the shortest leg is out of reach.
 /// 2. Wider here, since gaits with negative offsets run well.
 /// 3. At both limits of the thesis tan(θ − π/2) diverges.
 /// 4. Here the limits are harmless.
 /// 5. A sum below 0 counts as 0.
+/// 6. With [`Abduction::Steer`].
+/// 7. Commands are ahead of the motion by it: a servo stops at its border.
 ///
 /// A change takes full effect at the next step: the target jumps with the locus, as in the thesis'
 /// experiment on step length. Only a phase difference sets in gradually, through the coupling.
@@ -146,12 +153,21 @@ impl Phases for CpgPhases<'_> {
         self.duty[end].phase(self.oscillators.turn(leg))
     }
 
+    fn phase_after(&self, leg: usize, end: usize, seconds: f64) -> f64 {
+        let turn = self.oscillators.turn(leg) + self.frequency * seconds;
+        self.duty[end].phase(turn - libm::floor(turn))
+    }
+
     fn turn(&self, leg: usize) -> f64 {
         self.oscillators.turn(leg)
     }
 
     fn frequency(&self) -> f64 {
         self.frequency
+    }
+
+    fn stance_share(&self, end: usize) -> f64 {
+        self.duty[end].stance_share()
     }
 }
 
@@ -206,10 +222,12 @@ impl Cpg {
     }
 
     /// Enables abduction commands.
-    #[must_use]
-    pub fn with_abduction(mut self, abduction: Abduction) -> Self {
-        self.legs.enable_abduction(abduction);
-        self
+    ///
+    /// # Errors
+    /// [`Abduction::Steer`] of a leg without a joint of abduction.
+    pub fn with_abduction(mut self, abduction: Abduction) -> Result<Self, GaitError> {
+        self.legs.enable_abduction(abduction)?;
+        Ok(self)
     }
 
     /// Enables the output of the phases Θ in `[0, 2π)` of the loci: swing below π, then stance.

@@ -76,6 +76,11 @@ pub struct DutyMap {
 }
 
 impl DutyMap {
+    /// Returns the share of stance in a cycle.
+    pub fn stance_share(&self) -> f64 {
+        1.0 - self.swing_share
+    }
+
     /// Creates the map for the duty factor `d`, strictly between 0 and 1.
     ///
     /// # Errors

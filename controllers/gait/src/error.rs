@@ -62,6 +62,15 @@ pub enum GaitError {
         /// Reason.
         source: twinrig_robot::leg::LegError,
     },
+    /// A leg that has no joint of abduction should step to the side.
+    #[error(
+        "leg `{name}` has no joint of abduction and cannot step to the side: add `[leg.….abduction]` to the robot \
+         file, or choose another `abduction`"
+    )]
+    NoAbduction {
+        /// Name of the leg.
+        name: String,
+    },
     /// Unknown name of a leg.
     #[error("there is no leg `{name}`; the robot has {known}")]
     UnknownLeg {

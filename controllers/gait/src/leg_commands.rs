@@ -30,6 +30,8 @@ pub(crate) struct LegCommands {
     loci: [FootLocus; 2],
     stance: StanceCurve,
     abduction: Abduction,
+    /// Angles of abduction of the commanded legs \[rad\], where feet step to the side.
+    abducted: Vec<f64>,
     /// Whether the phase of each leg is an output.
     outputs_phase: bool,
     /// Whether the distance of each leg's target from its reach is an output.
@@ -84,11 +86,17 @@ pub(crate) trait Phases {
     /// robot.
     fn phase(&self, leg: usize, end: usize) -> f64;
 
+    /// Expected phase of the leg after a time \[s\].
+    fn phase_after(&self, leg: usize, end: usize, seconds: f64) -> f64;
+
     /// Fraction of the cycle of the leg, in `[0, 1)`.
     fn turn(&self, leg: usize) -> f64;
 
     /// Expected cycle frequency \[Hz\].
     fn frequency(&self) -> f64;
+
+    /// Expected share of stance in the cycle of legs at `end` of the robot.
+    fn stance_share(&self, end: usize) -> f64;
 }
 
 impl LegCommands {
@@ -108,6 +116,7 @@ impl LegCommands {
             variables,
             of_locus,
             abduction: Abduction::None,
+            abducted: Vec::new(),
             outputs_phase: false,
             outputs_reach: false,
             metered: None,
@@ -119,8 +128,18 @@ impl LegCommands {
         self.loci = self.loci.map(|locus| locus.with_stance(stance));
     }
 
-    pub(crate) fn enable_abduction(&mut self, abduction: Abduction) {
+    /// Enables abduction commands; steps to the side need joints of abduction.
+    pub(crate) fn enable_abduction(&mut self, abduction: Abduction) -> Result<(), GaitError> {
         self.abduction = abduction;
+        if abduction != Abduction::Steer {
+            return Ok(());
+        }
+        if let Some((_, limb)) = self.active().find(|(_, limb)| !limb.abducts()) {
+            let name = limb.name.clone();
+            return Err(GaitError::NoAbduction { name });
+        }
+        self.abducted = vec![0.0; self.active().count()];
+        Ok(())
     }
 
     pub(crate) fn enable_phase_output(&mut self) {
@@ -213,6 +232,9 @@ impl LegCommands {
         if index == self.of_locus.splay {
             self.abduction.check(variable, value)?;
         }
+        if self.of_locus.is_of_steering(index, self.limbs.len()) {
+            self.abduction.check_steering(variable, value)?;
+        }
         let before = variable.value();
         variable.set(value)?;
         let loci = loci(&self.of_locus, &self.variables, self.stance);
@@ -269,15 +291,42 @@ impl LegCommands {
         } else {
             &self.loci
         };
+        let course = (self.abduction == Abduction::Steer)
+            .then(|| self.of_locus.course(&self.variables, fraction));
+        let mut abducted = self.abducted.iter_mut();
         let mut rest = outputs;
         for (leg, limb) in self.limbs.iter().enumerate() {
             if !limb.active {
                 continue;
             }
             let end = limb.corner.end();
+            let phase = phases.phase(leg, end);
             let step_length = fraction * self.of_locus.step_length(&self.variables, leg);
-            let locus = loci[end].with_step_length(step_length);
-            let (command, beyond_m) = limb.command(locus.point(phases.phase(leg, end)));
+            let mut step = None;
+            if let Some(course) = &course {
+                let stance_s = phases.stance_share(end) / phases.frequency();
+                let stance_s = if stance_s.is_finite() { stance_s } else { 0.0 };
+                let middle = self.of_locus.mid_stance(&self.variables, end);
+                let offset = self.of_locus.lateral_offset(&self.variables, leg);
+                step = Some(course.step(limb, middle, offset, stance_s));
+            }
+            let lengthening = step.map_or(0.0, |step| step.lengthening);
+            let locus = loci[end].with_step_length(step_length + lengthening);
+            let (mut target, mut aside_m) = (locus.point(phase), 0.0);
+            if let (Some(step), Some(angle)) = (step, abducted.next()) {
+                let height = target[1];
+                [*angle, target[1], aside_m] = limb.abducted(step.place(phase), height);
+                let [dead_band, lead] = self.of_locus.servo(&self.variables);
+                let mut ahead = phase;
+                if lead > 0.0 {
+                    ahead = phases.phase_after(leg, end, lead);
+                    [*angle, ..] = limb.abducted(step.place(ahead), height);
+                }
+                // A servo stops at the border of its dead band before the command.
+                *angle += step.direction(ahead) * dead_band;
+            }
+            let (command, beyond_m) = limb.command(target);
+            let beyond_m = beyond_m.max(aside_m);
             self.state.out_of_reach[leg].add(self.state.age, beyond_m);
             let (output, behind) = rest.split_at_mut(command.len());
             output.copy_from_slice(&command);
@@ -289,8 +338,12 @@ impl LegCommands {
     fn write_abductions<'o>(&self, outputs: &'o mut [f64]) -> &'o mut [f64] {
         let count = self.abduction.of(&self.limbs).count();
         let (abductions, rest) = outputs.split_at_mut(count);
-        let splay = self.value(self.of_locus.splay);
-        self.abduction.command(&self.limbs, splay, abductions);
+        if self.abduction == Abduction::Steer {
+            abductions.copy_from_slice(&self.abducted);
+        } else {
+            let splay = self.value(self.of_locus.splay);
+            self.abduction.command(&self.limbs, splay, abductions);
+        }
         rest
     }
 

@@ -4,7 +4,7 @@ use core::ops::RangeInclusive;
 
 use twinrig_kernel::{Port, Unit, signal};
 use twinrig_robot::leg::{LegCommand, Pantograph, Planar};
-use twinrig_robot::{LegMount, Robot};
+use twinrig_robot::{AbductionAxis, LegMount, Robot};
 
 use crate::{Corner, GaitError};
 
@@ -25,8 +25,10 @@ pub(crate) struct Limb {
     pub corner: Corner,
     /// Whether the leg is commanded; legs that are not still have an oscillator.
     pub active: bool,
-    /// Place of the hip in front of the trunk's centre of mass \[m\].
-    hip_x: f64,
+    /// Hip in the trunk frame \[m\].
+    pub hip: [f64; 3],
+    /// Joint of abduction, if the leg has one.
+    abduction: Option<AbductionAxis>,
     pantograph: Pantograph,
 }
 
@@ -62,7 +64,8 @@ impl Limb {
             name: mount.name.clone(),
             corner: Corner::of_hip(mount.hip),
             active,
-            hip_x: mount.hip[0],
+            hip: mount.hip,
+            abduction: mount.abduction_axis(),
             pantograph,
         })
     }
@@ -88,7 +91,7 @@ impl Limb {
     #[inline]
     pub(crate) fn place_of(&self, angles: [f64; 3]) -> f64 {
         let pose = self.pantograph.pose_of_angles(angles);
-        pose.map_or(f64::NAN, |pose| self.hip_x + pose.foot.x)
+        pose.map_or(f64::NAN, |pose| self.hip[0] + pose.foot.x)
     }
 
     /// Ports of the hip and knee commands.
@@ -100,6 +103,41 @@ impl Limb {
     pub(crate) fn port(&self, joint: &str) -> Port {
         let name = signal::command(&self.name, joint);
         Port::output(name, Unit::Radian, 1)
+    }
+
+    /// Returns whether the leg has a joint of abduction.
+    pub(crate) fn abducts(&self) -> bool {
+        self.abduction.is_some()
+    }
+
+    /// Place of the hip from the axis of abduction, to the left and up \[m\].
+    fn from_axis(&self) -> [f64; 2] {
+        let [_, y, z] = self.hip;
+        self.abduction
+            .map_or([0.0; 2], |axis| [y - axis.place[0], z - axis.place[1]])
+    }
+
+    /// Returns the place to the left of a foot at an angle of abduction \[rad\], `z` above the hip
+    /// in trunk axes, from that with an upright leg \[m\].
+    pub(crate) fn place_aside(&self, angle: f64, z: f64) -> f64 {
+        let [beside, above] = self.from_axis();
+        let height = above + z;
+        (beside - height * libm::sin(angle)) / libm::cos(angle) - beside
+    }
+
+    /// Returns the angle of abduction \[rad\] that brings a foot to `aside` \[m\], to the left of
+    /// its place with an upright leg, and `z` above the hip in trunk axes; its height above the hip
+    /// in leg axes; and the distance from the target to the nearest place within the stops \[m\].
+    pub(crate) fn abducted(&self, aside: f64, z: f64) -> [f64; 3] {
+        let [beside, above] = self.from_axis();
+        let (y, height) = (beside + aside, above + z);
+        // (b, ζ) in leg axes, turned by the angle, is (y, z) from the axis.
+        let square = y * y + height * height - beside * beside;
+        let below = -libm::sqrt(square.max(0.0));
+        let angle = libm::atan2(beside * height - below * y, beside * y + below * height);
+        let [least, greatest] = self.abduction.map_or([0.0; 2], |axis| axis.range);
+        let within = angle.clamp(least, greatest);
+        [within, below - above, (angle - within).abs() * -below]
     }
 
     /// Returns the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the

@@ -45,8 +45,9 @@ const RATE_MAX: f64 = 1000.0;
 /// | `load_lag` | s | ≥ 0 | –, time constant of a low-pass filter of the load; 0 for none |
 /// | `phase_noise` | rad | 0 to 100 | –, standard deviation that a second adds to the phase |
 ///
-/// and `step_length`, `step_length_offset/X`, `ramp`, `crouch`, `splay` and the variables of the
-/// foot locus as of [`crate::Cpg`]. A change takes effect at the next step.
+/// and `step_length`, `step_length_offset/X`, `ramp`, `crouch`, `splay`, `turn`, `sidestep`,
+/// `lateral_offset/X`, `dead_band`, `lead` and the variables of the foot locus as of
+/// [`crate::Cpg`]. A change takes effect at the next step.
 ///
 /// The load at an iteration counts for the whole time since the one before, over which θ is exact.
 /// The phase noise is a Wiener process, with a random stream for each leg.
@@ -173,12 +174,22 @@ impl Phases for TegotaePhases<'_> {
         self.phases[leg]
     }
 
+    fn phase_after(&self, leg: usize, _end: usize, seconds: f64) -> f64 {
+        let phase = self.phases[leg] + self.excitation * seconds;
+        phase - TAU * libm::floor(phase / TAU)
+    }
+
     fn turn(&self, leg: usize) -> f64 {
         self.phases[leg] / TAU
     }
 
     fn frequency(&self) -> f64 {
         self.excitation / TAU
+    }
+
+    /// Without load; under load stance takes longer.
+    fn stance_share(&self, _end: usize) -> f64 {
+        0.5
     }
 }
 
@@ -264,10 +275,12 @@ impl Tegotae {
     }
 
     /// Enables abduction commands.
-    #[must_use]
-    pub fn with_abduction(mut self, abduction: Abduction) -> Self {
-        self.legs.enable_abduction(abduction);
-        self
+    ///
+    /// # Errors
+    /// As [`crate::Cpg::with_abduction`].
+    pub fn with_abduction(mut self, abduction: Abduction) -> Result<Self, GaitError> {
+        self.legs.enable_abduction(abduction)?;
+        Ok(self)
     }
 
     /// Enables the output of the phases θ in `[0, 2π)`: swing below π, then stance.

@@ -12,6 +12,7 @@ use crate::{Cpg, FootLocus, Gait, GaitError, LocusShape};
 
 mod outputs;
 mod printed;
+mod steering;
 mod tegotae;
 mod tegotae_rule;
 
@@ -68,6 +69,9 @@ fn variables_are_those_of_table_3_3_for_fore_and_hind() {
     expected.extend(LEGS.map(|leg| format!("phase_difference/{leg}")));
     expected.push("splay".to_owned());
     expected.extend(LEGS.map(|leg| format!("step_length_offset/{leg}")));
+    expected.extend(["turn", "sidestep"].map(str::to_owned));
+    expected.extend(LEGS.map(|leg| format!("lateral_offset/{leg}")));
+    expected.extend(["dead_band", "lead"].map(str::to_owned));
     assert_eq!(names, expected);
 }
 
@@ -247,7 +251,7 @@ fn values_out_of_range_are_rejected_without_effect() {
         cpg.set_variable(99, 0.0),
         Err(VariableError::NoSuchIndex {
             index: 99,
-            count: 28
+            count: 36
         })
     );
     assert_eq!(cpg.save(), before);

@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use twinrig_kernel::Unit;
 use twinrig_runtime::ProcessVariable;
 
+use crate::abduction::Course;
 use crate::limb::Limb;
 use crate::{Abduction, FootLocus, LocusShape};
 
@@ -14,7 +15,7 @@ const ENDS: [&str; 2] = ["fore", "hind"];
 /// Keys of the variables in the order in which a controller has them. The place of a variable in
 /// the list of its controller enters the fingerprint of a run that changes it: a new key comes
 /// last.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 24] = [
     "frequency",
     "excitation",
     "step_length",
@@ -34,6 +35,11 @@ const ORDER: [&str; 19] = [
     "phase_difference",
     "splay",
     "step_length_offset",
+    "turn",
+    "sidestep",
+    "lateral_offset",
+    "dead_band",
+    "lead",
 ];
 
 /// Process variables of a controller.
@@ -92,6 +98,11 @@ pub(crate) struct LocusVariables {
     compression: usize,
     step_length_offset: usize,
     pub splay: usize,
+    turn: usize,
+    sidestep: usize,
+    lateral_offset: usize,
+    dead_band: usize,
+    lead: usize,
 }
 
 impl LocusVariables {
@@ -131,7 +142,36 @@ impl LocusVariables {
             variables.add(length(name, -2.0 * longest..=2.0 * longest, 0.0));
         }
         variables.add(Abduction::variable());
+        let rates = -Self::TURN_MAX..=Self::TURN_MAX;
+        variables.add(ProcessVariable::new(
+            "turn",
+            Unit::RadianPerSecond,
+            rates,
+            0.0,
+        ));
+        // To the side, legs make steps of half their length and two of these a second.
+        let speeds = -longest..=longest;
+        let speed = Unit::MeterPerSecond;
+        variables.add(ProcessVariable::new("sidestep", speed, speeds, 0.0));
+        for limb in limbs {
+            let name = format!("lateral_offset/{}", limb.name);
+            variables.add(length(name, -longest..=longest, 0.0));
+        }
+        let half_widths = 0.0..=Self::DEAD_BAND_MAX;
+        let dead_band = ProcessVariable::new("dead_band", Unit::Radian, half_widths, 0.0);
+        variables.add(dead_band);
+        let leads = 0.0..=Self::LEAD_MAX;
+        variables.add(ProcessVariable::new("lead", Unit::Second, leads, 0.0));
     }
+
+    /// Greatest half-width of the dead band of a servo \[rad\].
+    const DEAD_BAND_MAX: f64 = 0.2;
+
+    /// Greatest lead \[s\].
+    const LEAD_MAX: f64 = 0.2;
+
+    /// Greatest rate of turning: a quarter of a turn in a second \[rad/s\].
+    const TURN_MAX: f64 = FRAC_PI_2;
 
     /// Finds the variables in a list that has them.
     pub(crate) fn of(variables: &[ProcessVariable]) -> Self {
@@ -148,6 +188,11 @@ impl LocusVariables {
             compression: index("compression"),
             step_length_offset: index("step_length_offset"),
             splay: index("splay"),
+            turn: index("turn"),
+            sidestep: index("sidestep"),
+            lateral_offset: index("lateral_offset"),
+            dead_band: index("dead_band"),
+            lead: index("lead"),
         }
     }
 
@@ -156,6 +201,40 @@ impl LocusVariables {
     pub(crate) fn step_length(&self, variables: &[ProcessVariable], leg: usize) -> f64 {
         let offset = variables[self.step_length_offset + leg].value();
         (variables[self.step_length].value() + offset).max(0.0)
+    }
+
+    /// Whether the variable at `index` is one of steps to the side.
+    pub(crate) fn is_of_steering(&self, index: usize, legs: usize) -> bool {
+        let offsets = self.lateral_offset..self.lateral_offset + legs;
+        let common = [self.turn, self.sidestep, self.dead_band, self.lead];
+        common.contains(&index) || offsets.contains(&index)
+    }
+
+    /// Steps to the side, by a fraction of what is set; `splay` is not reduced.
+    pub(crate) fn course(&self, variables: &[ProcessVariable], fraction: f64) -> Course {
+        Course {
+            splay: variables[self.splay].value(),
+            turn: fraction * variables[self.turn].value(),
+            sidestep: fraction * variables[self.sidestep].value(),
+        }
+    }
+
+    /// Half-width of the dead band of the servos of abduction \[rad\], and the time by which they
+    /// lag behind their commands \[s\].
+    pub(crate) fn servo(&self, variables: &[ProcessVariable]) -> [f64; 2] {
+        [self.dead_band, self.lead].map(|index| variables[index].value())
+    }
+
+    /// Place of a leg's foot to the left beside that of `splay` \[m\].
+    pub(crate) fn lateral_offset(&self, variables: &[ProcessVariable], leg: usize) -> f64 {
+        variables[self.lateral_offset + leg].value()
+    }
+
+    /// Place of mid-stance of the fore (`end` 0) or hind (`end` 1) legs, ahead of and above the hip
+    /// \[m\].
+    pub(crate) fn mid_stance(&self, variables: &[ProcessVariable], end: usize) -> [f64; 2] {
+        let pair = |fore: usize| variables[fore + end].value();
+        [pair(self.mid_stance_offset), -pair(self.hip_height)]
     }
 
     /// Parameters of the foot locus of the fore (`end` 0) or hind (`end` 1) legs, without the step

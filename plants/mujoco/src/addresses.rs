@@ -3,8 +3,8 @@
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
 use twinrig_legged::{Base, DriveModels};
 
-use crate::drives::{DRIVE_NAMES, DRIVES};
 use crate::engine::EngineError;
+use crate::inputs::{DRIVE_NAMES, DRIVES};
 use crate::model::Model;
 use crate::options::Coordinates;
 

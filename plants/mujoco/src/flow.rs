@@ -9,9 +9,10 @@ use twinrig_robot::{GRAVITY, Robot};
 
 use crate::addresses::Addresses;
 use crate::body_points::{self, BodyForces, POINTS, PointVelocities};
-use crate::drives::{self, DriveStates, Inputs, Limits, MotorParameters};
+use crate::drives::{self, DriveStates, Limits, MotorParameters};
 use crate::engine::{Engine, EngineError, EngineFault, STAGES};
 use crate::frame::{LegFrame, TrunkFrame, set_coordinates};
+use crate::inputs::Inputs;
 use crate::leg_forces::{Constraints, LegForces, constraints, forces_on_legs};
 use crate::mjcf::write_model;
 use crate::model::{Area, Model};

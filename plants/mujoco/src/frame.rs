@@ -5,7 +5,7 @@ use twinrig_legged::{Base, LEGS, LegPosture, Posture};
 use twinrig_robot::GRAVITY;
 
 use crate::addresses::{Addresses, LegAddresses};
-use crate::drives::DRIVES;
+use crate::inputs::DRIVES;
 use crate::model::{LegModel, Model};
 use crate::options::Coordinates;
 
@@ -22,8 +22,8 @@ pub(crate) struct Bar {
     along: Planar,
 }
 
-/// Carrier of a leg: axes of the trunk, turned about x by the angle of abduction, with the origin on
-/// that axis; the trunk itself if the leg does not abduct.
+/// Carrier of a leg: axes of the trunk, turned about x by the angle of abduction, with the origin
+/// on that axis; the trunk itself if the leg does not abduct.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Carrier {
     /// Angle and rate of abduction \[rad, rad/s\].

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 use twinrig_legged::{DriveModels, LEGS};
 
 use crate::addresses::Addresses;
-use crate::drives::{self, DRIVES, Inputs};
+use crate::drives;
 use crate::engine::Engine;
+use crate::inputs::{DRIVES, Inputs};
 use crate::model::Model;
 use crate::rates::LegRates;
 

@@ -111,6 +111,7 @@ mod flow;
 mod frame;
 #[cfg(test)]
 mod free_tests;
+mod inputs;
 mod leg_forces;
 mod mjcf;
 mod model;

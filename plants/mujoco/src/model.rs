@@ -8,7 +8,7 @@ use twinrig_legged::{
 use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{AbductionAxis, LegMount, Payload, Robot};
 
-use crate::drives::DRIVES;
+use crate::inputs::DRIVES;
 use crate::options::{Coordinates, MujocoError, Numerics, Options};
 
 /// Radius of the ball that represents the contact point of a foot \[m\].

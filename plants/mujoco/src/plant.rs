@@ -10,8 +10,8 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
 
 use crate::body_points::BodyForces;
-use crate::drives::Inputs;
 use crate::flow::{Flow, FlowFault};
+use crate::inputs::Inputs;
 use crate::leg_forces::LegForces;
 use crate::options::{MujocoError, Options};
 

@@ -2,8 +2,8 @@
 
 use twinrig_legged::LEGS;
 
-use crate::drives::DRIVES;
 use crate::frame::{LegFrame, TrunkFrame};
+use crate::inputs::DRIVES;
 use crate::model::{LegModel, Model};
 use crate::options::{Coordinates, Integrator};
 

@@ -52,6 +52,9 @@ pub enum BodyMeasure {
     /// Greatest magnitude of the change in heading since the start of the window, whole turns
     /// included \[rad\].
     YawDrift,
+    /// Mean rate of the heading over the window, positive to the left, whole turns included
+    /// \[rad/s\].
+    TurnRate,
 }
 
 /// Definition of a travelled distance.
@@ -61,11 +64,19 @@ pub enum Along {
     Heading,
     /// Length of the path.
     Path,
+    /// Motion along the present heading of the trunk; negative if backward.
+    Forward,
+    /// Motion to the left of the present heading; negative if to the right.
+    Left,
 }
 
 impl Words for Along {
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("heading", Along::Heading), ("path", Along::Path)];
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("heading", Along::Heading),
+        ("path", Along::Path),
+        ("forward", Along::Forward),
+        ("left", Along::Left),
+    ];
 }
 
 impl BodyMeasure {
@@ -74,6 +85,7 @@ impl BodyMeasure {
         match self {
             BodyMeasure::Speed(_) => Unit::MeterPerSecond,
             BodyMeasure::Height | BodyMeasure::HeightRange => Unit::Meter,
+            BodyMeasure::TurnRate => Unit::RadianPerSecond,
             BodyMeasure::Roll
             | BodyMeasure::Pitch
             | BodyMeasure::RollRange
@@ -89,7 +101,8 @@ impl BodyMeasure {
             | BodyMeasure::RollRange
             | BodyMeasure::PitchRange
             | BodyMeasure::HeightRange
-            | BodyMeasure::YawDrift => true,
+            | BodyMeasure::YawDrift
+            | BodyMeasure::TurnRate => true,
             BodyMeasure::Height | BodyMeasure::Roll | BodyMeasure::Pitch => false,
         }
     }

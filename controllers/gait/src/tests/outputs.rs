@@ -79,7 +79,7 @@ fn phase_output_is_below_a_whole_turn() {
 #[test]
 fn abductions_follow_the_drives_and_change_no_bit_of_them() {
     let mut plain = cpg(Gait::Trot);
-    let mut abducting = cpg(Gait::Trot).with_abduction(Abduction::Hold);
+    let mut abducting = cpg(Gait::Trot).with_abduction(Abduction::Hold).unwrap();
     set(&mut abducting, "splay", 0.1);
     let ports: Vec<_> = abducting
         .ports()

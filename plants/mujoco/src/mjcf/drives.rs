@@ -15,7 +15,7 @@ use twinrig_actuator::PositionServo;
 use twinrig_legged::DriveModels;
 
 use super::sections::{Sections, line, triple};
-use crate::drives::DRIVE_NAMES;
+use crate::inputs::DRIVE_NAMES;
 use crate::model::{FLYWHEEL, LegModel, Model, UNLIMITED};
 use crate::options::Coordinates;
 

@@ -53,7 +53,7 @@ pub(crate) fn planner() -> ControllerKind {
 fn build_cpg(context: &ControllerContext<'_>) -> Result<Cpg, BuildError> {
     let cpg = Cpg::new(context.robot, context.legs, gait(context)?)?;
     let mut cpg = cpg
-        .with_abduction(abduction(context))
+        .with_abduction(abduction(context))?
         .with_stance(stance_curve(context))
         .with_duty_rule(duty_rule(context.options))?;
     if is_set(context, PHASE_OUTPUT) {
@@ -86,7 +86,7 @@ fn cpg_options() -> [OptionSpec; 8] {
              is printed",
             &DutyRule::ALL.map(DutyRule::name),
         ),
-        abducting(),
+        abducting(&Abduction::ALL),
         phase_output(),
         reach_output(),
         frequency_of(),
@@ -115,7 +115,7 @@ pub(crate) fn tegotae() -> ControllerKind {
             .with_start(start)
             .with_fixed_point(rule)
             .with_stance(stance_curve(context))
-            .with_abduction(abduction(context));
+            .with_abduction(abduction(context))?;
         if let Some((name, component)) = load(context) {
             tegotae = tegotae.with_load(name, component)?;
         }
@@ -146,7 +146,7 @@ pub(crate) fn tegotae() -> ControllerKind {
         loci(),
         load_signal,
         load_component,
-        abducting(),
+        abducting(&Abduction::ALL),
         phase_output(),
         reach_output(),
         frequency_of(),
@@ -188,7 +188,7 @@ pub(crate) fn stand() -> ControllerKind {
         Ok(Stand::new(context.robot, context.legs)?.with_abduction(abduction(context)))
     })
     .with_variables(|context| Ok(Stand::variables_of(context.robot)?))
-    .with_option(abducting())
+    .with_option(abducting(&[Abduction::None, Abduction::Hold]))
 }
 
 /// Option with the leg whose mean phase rate is an output.
@@ -243,9 +243,11 @@ fn stance_curve(context: &ControllerContext<'_>) -> StanceCurve {
     named(&StanceCurve::ALL, StanceCurve::name, context.options, LOCUS)
 }
 
-fn abducting() -> OptionSpec {
-    let about = "also command the hip-abduction servos, by `splay`";
-    choice("abduction", about, &Abduction::ALL.map(Abduction::name))
+/// Option of the modes of abduction.
+fn abducting(modes: &[Abduction]) -> OptionSpec {
+    let about = "also command the hip-abduction servos: `hold` by `splay`, `steer` by steps to the side, too";
+    let names: Vec<_> = modes.iter().map(|mode| mode.name()).collect();
+    choice("abduction", about, &names)
 }
 
 fn abduction(context: &ControllerContext<'_>) -> Abduction {

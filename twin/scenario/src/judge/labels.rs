@@ -100,7 +100,7 @@ fn trunk_elements(claim: &BodyClaim) -> &'static [(&'static str, usize)] {
     const HEIGHT: (&str, usize) = (BODY_POSITION, 2);
     match claim {
         BodyClaim::Limited(measure, _) => match measure {
-            BodyMeasure::Speed(_) => &[],
+            BodyMeasure::Speed(_) | BodyMeasure::TurnRate => &[],
             BodyMeasure::Height | BodyMeasure::HeightRange => &[HEIGHT],
             BodyMeasure::Roll | BodyMeasure::RollRange => &[ROLL],
             BodyMeasure::Pitch | BodyMeasure::PitchRange => &[PITCH],

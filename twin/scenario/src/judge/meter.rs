@@ -8,7 +8,7 @@ use super::outcome::Finding;
 use super::recovery::RecoveryMeter;
 use super::settling::Settling;
 use super::tracker::Extremes;
-use super::trunk::{Speed, Upright, Yaw};
+use super::trunk::{MeanTwist, Speed, Upright, Yaw};
 use super::until::Until;
 use crate::limits::{Comparison, Limits};
 
@@ -44,6 +44,7 @@ pub(crate) enum Meter {
     Speed(Speed),
     /// Greatest change from the initial yaw.
     Yaw(Yaw),
+    Twist(MeanTwist),
     /// Absence of a fall, and whether a fall ends the run.
     Upright(Upright, bool),
     /// Recovery from a disturbance.
@@ -105,6 +106,7 @@ impl Meter {
             Meter::Settles(settling) => return settling.add(now, values),
             Meter::Speed(speed) => speed.sample(now, values),
             Meter::Yaw(yaw) => yaw.sample(now, values),
+            Meter::Twist(twist) => twist.sample(now, values),
             Meter::Upright(upright, _) => upright.sample(now, values),
             Meter::Recovers(recovery) => return recovery.sample(now, values),
         }
@@ -146,6 +148,7 @@ impl Meter {
             Meter::Settles(settling) => settling.finding(),
             Meter::Speed(speed) => speed.finding(),
             Meter::Yaw(yaw) => yaw.finding(),
+            Meter::Twist(twist) => twist.finding(),
             Meter::Upright(upright, _) => upright.finding(),
             Meter::Recovers(recovery) => recovery.finding(),
         }

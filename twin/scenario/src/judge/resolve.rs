@@ -14,10 +14,10 @@ use super::sequence::SequenceMeter;
 use super::settling::Settling;
 use super::steps::StepMeter;
 use super::tracker::{Extremes, Window};
-use super::trunk::{Speed, Upright, Yaw};
+use super::trunk::{MeanTwist, Speed, TwistPart, Upright, Yaw};
 use super::until::Until;
 use super::{Cycle, Group, Layouts, Monitor, MonitorKind};
-use crate::body::{BodyClaim, BodyMeasure};
+use crate::body::{Along, BodyClaim, BodyMeasure};
 use crate::compare::{CompareClaim, Operand};
 use crate::expect::{Claim, Expectation, SignalClaim, SignalMode, TimingClaim};
 use crate::glob::matches;
@@ -187,12 +187,22 @@ fn limited(
             let (channel, rpy) = trunk.rpy()?;
             (channel, Meter::Yaw(Yaw::new(rpy + 2, limits)))
         }
-        BodyMeasure::Speed(along) => {
+        BodyMeasure::Speed(along @ (Along::Heading | Along::Path)) => {
             let (channel, position, rpy) = trunk.pose()?;
             let speed = Speed::new(position, rpy + 2, along, limits);
             (channel, Meter::Speed(speed))
         }
+        BodyMeasure::Speed(Along::Forward) => twist(trunk, TwistPart::Forward, limits)?,
+        BodyMeasure::Speed(Along::Left) => twist(trunk, TwistPart::Left, limits)?,
+        BodyMeasure::TurnRate => twist(trunk, TwistPart::Turn, limits)?,
     })
+}
+
+/// Returns the meter of a part of the trunk's mean twist.
+fn twist(trunk: &Trunk<'_>, part: TwistPart, limits: Limits) -> Result<(Group, Meter), String> {
+    let (channel, position, rpy) = trunk.pose()?;
+    let twist = MeanTwist::new(position, rpy + 2, part, limits);
+    Ok((channel, Meter::Twist(twist)))
 }
 
 fn signal(

@@ -65,19 +65,22 @@ impl PlanarPath {
         self.non_finite_at
     }
 
-    /// Returns the distance \[m\].
-    pub fn distance(&self, along: Along) -> f64 {
+    /// Returns the distance along the initial heading \[m\].
+    pub fn ahead(&self) -> f64 {
         let (dx, dy) = (self.at[0] - self.from[0], self.at[1] - self.from[1]);
-        match along {
-            Along::Heading => dx * libm::cos(self.heading) + dy * libm::sin(self.heading),
-            Along::Path => self.length,
-        }
+        dx * libm::cos(self.heading) + dy * libm::sin(self.heading)
     }
 
-    /// Returns the mean speed \[m/s\]; none at the start.
-    pub fn speed(&self, along: Along) -> Option<f64> {
+    /// Returns the mean speed along the initial heading \[m/s\]; none at the start.
+    pub fn speed_ahead(&self) -> Option<f64> {
         let elapsed = (self.now - self.start).as_secs_f64();
-        (elapsed > 0.0).then(|| self.distance(along) / elapsed)
+        (elapsed > 0.0).then(|| self.ahead() / elapsed)
+    }
+
+    /// Returns the mean speed along the path \[m/s\]; none at the start.
+    fn speed_along(&self) -> Option<f64> {
+        let elapsed = (self.now - self.start).as_secs_f64();
+        (elapsed > 0.0).then(|| self.length / elapsed)
     }
 }
 
@@ -103,9 +106,13 @@ impl Speed {
     }
 
     pub fn finding(&self) -> Finding {
-        let observed = self
-            .path
-            .and_then(|path| Some((path, path.speed(self.along)?)));
+        let observed = self.path.and_then(|path| {
+            let speed = match self.along {
+                Along::Path => path.speed_along(),
+                _ => path.speed_ahead(),
+            };
+            Some((path, speed?))
+        });
         let Some((path, speed)) = observed else {
             return Finding::unobserved("there is no observation in its window");
         };
@@ -163,6 +170,88 @@ impl Yaw {
             element: Some(self.element),
             ..self.extremes.finding(&self.limits, "")
         }
+    }
+}
+
+/// Part of a twist in the plane, in axes of the trunk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TwistPart {
+    /// Velocity along the heading.
+    Forward,
+    /// Velocity to the left of it.
+    Left,
+    /// Rate of the heading.
+    Turn,
+}
+
+/// Mean of a part of the trunk's twist over the window.
+#[derive(Clone, Debug)]
+pub(crate) struct MeanTwist {
+    /// Index of x; y follows.
+    position: usize,
+    yaw: usize,
+    part: TwistPart,
+    limits: Limits,
+    start: Option<SimTime>,
+    now: SimTime,
+    /// Last place and heading.
+    last: [f64; 3],
+    /// Integral of the part.
+    sum: f64,
+    non_finite_at: Option<SimTime>,
+}
+
+impl MeanTwist {
+    pub fn new(position: usize, yaw: usize, part: TwistPart, limits: Limits) -> Self {
+        MeanTwist {
+            position,
+            yaw,
+            part,
+            limits,
+            start: None,
+            now: SimTime::ZERO,
+            last: [0.0; 3],
+            sum: 0.0,
+            non_finite_at: None,
+        }
+    }
+
+    pub fn sample(&mut self, now: SimTime, values: &[f64]) {
+        let at = [
+            values[self.position],
+            values[self.position + 1],
+            values[self.yaw],
+        ];
+        if !at.iter().all(|value| value.is_finite()) {
+            self.non_finite_at.get_or_insert(now);
+        }
+        if self.start.is_none() {
+            (self.start, self.last) = (Some(now), at);
+        }
+        let [x, y, yaw] = self.last;
+        let turned = turn(yaw, at[2]);
+        // The heading in the middle of the interval.
+        let middle = yaw + 0.5 * turned;
+        let (sine, cosine) = (libm::sin(middle), libm::cos(middle));
+        let (dx, dy) = (at[0] - x, at[1] - y);
+        self.sum += match self.part {
+            TwistPart::Forward => dx * cosine + dy * sine,
+            TwistPart::Left => dy * cosine - dx * sine,
+            TwistPart::Turn => turned,
+        };
+        (self.last, self.now) = (at, now);
+    }
+
+    pub fn finding(&self) -> Finding {
+        let elapsed = self.start.map(|start| (self.now - start).as_secs_f64());
+        let Some(elapsed) = elapsed.filter(|elapsed| *elapsed > 0.0) else {
+            return Finding::unobserved("there is no observation in its window");
+        };
+        if self.non_finite_at.is_some() {
+            return Finding::not_a_number(self.non_finite_at);
+        }
+        let mean = self.sum / elapsed;
+        Finding::of(self.limits.compare(mean, mean), None, "")
     }
 }
 

@@ -95,6 +95,59 @@ fn yaw_drift_includes_whole_turns() {
     assert!((drift.measured.unwrap() - 3.0 * PI).abs() < 1e-9);
 }
 
+/// On a circle to the right, with a drift to the left of the heading: each part of the twist is
+/// constant, though the robot ends where it began.
+#[test]
+fn means_of_the_twist_are_in_axes_of_the_trunk() {
+    // Two circles in the 10 s of the run.
+    let rate = -4.0 * PI / 10.0;
+    let (forward, left) = (0.3, 0.05);
+    let circling = Run {
+        body: &|ms| {
+            let angle = rate * ms as f64 * 1e-3;
+            let (sine, cosine) = (angle.sin(), angle.cos());
+            [
+                (forward * sine - left * (1.0 - cosine)) / rate,
+                (forward * (1.0 - cosine) + left * sine) / rate,
+                0.12,
+            ]
+        },
+        rpy: &|ms| {
+            let yaw = rate * ms as f64 * 1e-3;
+            [0.0, 0.0, yaw - 2.0 * PI * ((yaw + PI) / (2.0 * PI)).floor()]
+        },
+        ..Run::default()
+    };
+    for (claim, expected) in [
+        (
+            "turn_rate = { near = '-72 deg/s', within = '1 deg/s' }",
+            rate,
+        ),
+        (
+            "speed = { near = '30 cm/s', within = '1 mm/s' }, along = 'forward'",
+            forward,
+        ),
+        (
+            "speed = { near = '5 cm/s', within = '1 mm/s' }, along = 'left'",
+            left,
+        ),
+        ("speed = { max = '1 mm/s' }, along = 'heading'", 0.0),
+    ] {
+        let found = outcome(&format!("body = {{ {claim} }}"), &circling);
+        assert_eq!(
+            found.verdict,
+            Verdict::Pass,
+            "{claim}: {:?}",
+            found.measured
+        );
+        // Chords are shorter than arcs by the square of an interval's turn over 24.
+        let measured = found.measured.unwrap();
+        assert!((measured - expected).abs() < 1e-5, "{claim}: {measured}");
+    }
+    let wrong = outcome("body = { turn_rate = { min = '0 deg/s' } }", &circling);
+    assert_eq!(wrong.verdict, Verdict::Fail);
+}
+
 #[test]
 fn fall_reports_height_or_tilt_with_its_unit() {
     let up = outcome("body = { fall = false }", &Run::default());

@@ -42,6 +42,9 @@ table! {
         "greatest less least height", r#"height_range = { max = "20 mm" }"#, one_of();
     YAW_DRIFT: BodyClaim = "yaw_drift", body!(YawDrift, NOT_NEGATIVE),
         "greatest turn from the start of the window", r#"yaw_drift = { max = "20 deg" }"#, one_of();
+    TURN_RATE: BodyClaim = "turn_rate", body!(TurnRate, ANY),
+        "mean rate of the heading, positive to the left",
+        r#"turn_rate = { near = "20 deg/s", within = "10 %" }"#, one_of();
     FALL: BodyClaim = "fall", FALSE_OR_THRESHOLDS, "no fall, by these thresholds",
         r#"fall = { height = 0.5, tilt = "45 deg" }"#, one_of();
     SETTLES: BodyClaim = "settles",

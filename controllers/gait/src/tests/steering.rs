@@ -1,0 +1,212 @@
+//! Steps to the side.
+
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+use twinrig_robot::leg::{LegCommand, Pantograph};
+use twinrig_robot::{Abduction as Joint, Robot};
+use twinrig_runtime::{Process as _, VariableError};
+
+use super::{LEGS, PERIOD, cpg, index, run, set};
+use crate::{Abduction, Cpg, Gait, GaitError, Tegotae};
+
+/// A robot whose legs abduct about axes beside and above the hips.
+fn robot() -> Robot {
+    let mut robot = Robot::example();
+    for mount in &mut robot.legs {
+        mount.leg.abduction = Some(Joint {
+            offset: 0.012,
+            height: 0.007,
+            abduction_max: 0.6,
+            adduction_max: 0.5,
+            friction: 1e-3,
+        });
+    }
+    robot
+}
+
+fn steering() -> Cpg {
+    let cpg = Cpg::new(&robot(), &LEGS, Gait::Trot).unwrap();
+    let mut cpg = cpg.with_abduction(Abduction::Steer).unwrap();
+    set(&mut cpg, "ramp", 0.0);
+    cpg
+}
+
+/// Returns the place of the foot of a leg in the trunk, of the commands of a row.
+fn foot(robot: &Robot, leg: usize, row: &[f64]) -> [f64; 3] {
+    let mount = &robot.legs[leg];
+    let pantograph = Pantograph::new(&mount.leg).unwrap();
+    let [hip, knee, angle] = [row[2 * leg], row[2 * leg + 1], row[8 + leg]];
+    let foot = pantograph.foot_of(LegCommand { hip, knee }).unwrap();
+    let [x, y, z] = mount.hip;
+    let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
+    let inward = if y > 0.0 { -0.012 } else { 0.012 };
+    let (left, up) = (-inward, foot.y - 0.007);
+    [
+        x + foot.x,
+        y + inward + cosine * left - sine * up,
+        z + 0.007 + sine * left + cosine * up,
+    ]
+}
+
+#[test]
+fn straight_steps_are_those_without_abduction() {
+    let mut plain = cpg(Gait::Trot);
+    set(&mut plain, "ramp", 0.0);
+    let (plain, steering) = (run(&mut plain, 300, 8), run(&mut steering(), 300, 12));
+    for (plain, steering) in plain.iter().zip(&steering) {
+        for (plain, steering) in plain.iter().zip(steering) {
+            assert!((plain - steering).abs() < 1e-12, "{plain} {steering}");
+        }
+        assert!(steering[8..].iter().all(|angle| angle.abs() < 1e-12));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// In stance feet move as points of the ground under a trunk that moves with the velocity of
+    /// the gait, to the side, and about z; their height is that of the foot locus.
+    #[test]
+    fn feet_in_stance_move_against_the_trunk(
+        turn in -0.6..0.6_f64,
+        sidestep in -0.05..0.05_f64,
+        splay in -0.1..0.1_f64,
+        offset in -0.01..0.01_f64,
+    ) {
+        let robot = robot();
+        let (mut cpg, mut straight) = (steering(), steering());
+        for cpg in [&mut cpg, &mut straight] {
+            set(cpg, "step_length", 0.05);
+            set(cpg, "step_height/fore", 0.02);
+            set(cpg, "step_height/hind", 0.02);
+        }
+        set(&mut cpg, "turn", turn);
+        set(&mut cpg, "sidestep", sidestep);
+        set(&mut cpg, "splay", splay);
+        set(&mut cpg, "lateral_offset/RH", offset);
+        // 0.55 of a cycle of 3 Hz.
+        let speed = 0.05 * 3.0 / 0.55;
+        let mut rows = [vec![0.0; 12], vec![0.0; 12]];
+        let mut upright = vec![0.0; 12];
+        let mut seen = [0; 4];
+        for step in 0..200 {
+            let before: Vec<f64> = (0..4).map(|leg| cpg.phase(leg)).collect();
+            rows.swap(0, 1);
+            cpg.step(PERIOD, &[], &mut rows[1]);
+            straight.step(PERIOD, &[], &mut upright);
+            prop_assert_eq!(cpg.out_of_reach(), 0);
+            for (leg, mount) in robot.legs.iter().enumerate() {
+                let [was, is] = [0, 1].map(|row| foot(&robot, leg, &rows[row]));
+                let height = foot(&robot, leg, &upright)[2];
+                prop_assert!((is[2] - height).abs() < 1e-12, "{} {height}", is[2]);
+                let in_stance = before[leg] > PI && cpg.phase(leg) > before[leg];
+                if step == 0 || !in_stance {
+                    continue;
+                }
+                seen[leg] += 1;
+                let outwards = splay * mount.hip[1].signum();
+                let axis = mount.hip[1] - 0.012 * mount.hip[1].signum();
+                let beside = 0.012 * mount.hip[1].signum();
+                let z = -cpg_height(&cpg, leg) - 0.007;
+                // At mid-stance: the place at height z whose leg is turned by the splay.
+                let mut y = axis + (beside - z * libm::sin(outwards)) / libm::cos(outwards);
+                if leg == 3 {
+                    y += offset;
+                }
+                let seconds = PERIOD.as_secs_f64();
+                let found = [0, 1].map(|axis| (is[axis] - was[axis]) / seconds);
+                let expected = [-(speed - turn * y), -(sidestep + turn * mount.hip[0])];
+                for (found, expected) in found.iter().zip(expected) {
+                    prop_assert!((found - expected).abs() < 1e-9, "{leg}: {found} {expected}");
+                }
+            }
+        }
+        prop_assert!(seen.iter().all(|steps| *steps > 50), "{seen:?}");
+    }
+}
+
+/// Height of a hip above the foot at mid-stance.
+fn cpg_height(cpg: &Cpg, leg: usize) -> f64 {
+    let end = if leg < 2 { "fore" } else { "hind" };
+    let at = index(cpg, &format!("hip_height/{end}"));
+    cpg.variables()[at].value()
+}
+
+/// A servo with a dead band that holds where it is within it has the angle without one.
+#[test]
+fn commands_lead_by_the_dead_band() {
+    let (mut plain, mut leading) = (steering(), steering());
+    for cpg in [&mut plain, &mut leading] {
+        set(cpg, "turn", 0.4);
+    }
+    set(&mut leading, "dead_band", 0.005);
+    let (plain, leading) = (run(&mut plain, 400, 12), run(&mut leading, 400, 12));
+    for leg in 0..4 {
+        let mut servo = leading[0][8 + leg];
+        for (row, (plain, leading)) in plain.iter().zip(&leading).enumerate() {
+            assert_eq!(plain[..8], leading[..8]);
+            let (angle, command) = (plain[8 + leg], leading[8 + leg]);
+            servo = servo.clamp(command - 0.005, command + 0.005);
+            // It begins to follow in the first cycle. Lifting a foot turns the leg, too, which the
+            // lead leaves out.
+            if row > 170 {
+                assert!((servo - angle).abs() < 1.5e-3, "{leg}: {servo} {angle}");
+            }
+        }
+    }
+}
+
+/// Angles come earlier by the lead, and nothing else changes.
+#[test]
+fn commands_are_ahead_by_the_lead() {
+    let (mut plain, mut leading) = (steering(), steering());
+    for cpg in [&mut plain, &mut leading] {
+        set(cpg, "turn", 0.4);
+    }
+    set(&mut leading, "lead", 0.02);
+    let (plain, leading) = (run(&mut plain, 400, 12), run(&mut leading, 400, 12));
+    for (row, leading) in leading[..390].iter().enumerate() {
+        for leg in 0..4 {
+            let (angle, later) = (leading[8 + leg], plain[row + 10][8 + leg]);
+            // The height is that of the present phase.
+            assert!((angle - later).abs() < 4e-3, "{leg}: {angle} {later}");
+            assert_eq!(leading[2 * leg].to_bits(), plain[row][2 * leg].to_bits());
+        }
+    }
+}
+
+#[test]
+fn feet_beyond_the_stops_of_abduction_are_out_of_reach() {
+    let mut cpg = steering();
+    set(&mut cpg, "lateral_offset/LF", 0.12);
+    let rows = run(&mut cpg, 10, 12);
+    assert!((rows[9][8] - 0.6).abs() < 1e-12, "{}", rows[9][8]);
+    assert_eq!(cpg.out_of_reach(), 10);
+    let violations = cpg.limit_violations();
+    assert_eq!(violations.len(), 1);
+    assert!(violations[0].part.contains("LF"), "{violations:?}");
+}
+
+#[test]
+fn steps_to_the_side_are_refused_without_steering_or_joints() {
+    let refused = Cpg::new(&Robot::example(), &LEGS, Gait::Trot)
+        .unwrap()
+        .with_abduction(Abduction::Steer);
+    assert!(matches!(refused, Err(GaitError::NoAbduction { ref name }) if name == "LF"));
+    let tegotae = Tegotae::new(&Robot::example(), &LEGS, Gait::Trot, 1).unwrap();
+    assert!(tegotae.with_abduction(Abduction::Steer).is_err());
+    let mut hold = Cpg::new(&robot(), &LEGS, Gait::Trot)
+        .unwrap()
+        .with_abduction(Abduction::Hold)
+        .unwrap();
+    for name in ["turn", "sidestep", "lateral_offset/RH", "dead_band", "lead"] {
+        let at = index(&hold, name);
+        let refused = hold.set_variable(at, 0.01);
+        assert!(
+            matches!(refused, Err(VariableError::Refused { .. })),
+            "{name}: {refused:?}"
+        );
+        hold.set_variable(at, 0.0).unwrap();
+    }
+}

@@ -1,0 +1,33 @@
+//! Drives of a leg and their inputs.
+
+use serde::{Deserialize, Serialize};
+use twinrig_legged::LEGS;
+
+/// Drives of a leg, in this order.
+pub(crate) const DRIVE_NAMES: [&str; DRIVES] = ["hip", "knee", "abduction"];
+pub(crate) const DRIVES: usize = 3;
+
+/// Inputs of a leg's drives, as of the ports.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LegInputs {
+    /// Commands of hip and knee \[rad\], or voltage \[V\] and bridge of both.
+    pub(crate) drives: [f64; 4],
+    /// Command of abduction \[rad\].
+    pub(crate) abduction: f64,
+}
+
+impl LegInputs {
+    /// Returns the commands of servos of hip, knee and abduction \[rad\].
+    pub(crate) fn commands(&self) -> [f64; DRIVES] {
+        let [hip, knee, ..] = self.drives;
+        [hip, knee, self.abduction]
+    }
+
+    /// Returns voltage \[V\] and bridge of the motor of the hip (0) or the knee (1).
+    pub(crate) fn of_motor(&self, i: usize) -> [f64; 2] {
+        [self.drives[2 * i], self.drives[2 * i + 1]]
+    }
+}
+
+/// Inputs of all legs.
+pub(crate) type Inputs = [LegInputs; LEGS];
