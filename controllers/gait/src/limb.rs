@@ -111,7 +111,7 @@ impl Limb {
     }
 
     /// Place of the hip from the axis of abduction, to the left and up \[m\].
-    fn from_axis(&self) -> [f64; 2] {
+    fn hip_from_axis(&self) -> [f64; 2] {
         let [_, y, z] = self.hip;
         self.abduction
             .map_or([0.0; 2], |axis| [y - axis.place[0], z - axis.place[1]])
@@ -120,7 +120,7 @@ impl Limb {
     /// Returns the place to the left of a foot at an angle of abduction \[rad\], `z` above the hip
     /// in trunk axes, from that with an upright leg \[m\].
     pub(crate) fn place_aside(&self, angle: f64, z: f64) -> f64 {
-        let [beside, above] = self.from_axis();
+        let [beside, above] = self.hip_from_axis();
         let height = above + z;
         (beside - height * libm::sin(angle)) / libm::cos(angle) - beside
     }
@@ -129,7 +129,7 @@ impl Limb {
     /// its place with an upright leg, and `z` above the hip in trunk axes; its height above the hip
     /// in leg axes; and the distance from the target to the nearest place within the stops \[m\].
     pub(crate) fn abducted(&self, aside: f64, z: f64) -> [f64; 3] {
-        let [beside, above] = self.from_axis();
+        let [beside, above] = self.hip_from_axis();
         let (y, height) = (beside + aside, above + z);
         // (b, ζ) in leg axes, turned by the angle, is (y, z) from the axis.
         let square = y * y + height * height - beside * beside;

@@ -105,7 +105,7 @@ fn means_of_the_twist_are_in_axes_of_the_trunk() {
     let circling = Run {
         body: &|ms| {
             let angle = rate * ms as f64 * 1e-3;
-            let (sine, cosine) = (angle.sin(), angle.cos());
+            let (sine, cosine) = (libm::sin(angle), libm::cos(angle));
             [
                 (forward * sine - left * (1.0 - cosine)) / rate,
                 (forward * (1.0 - cosine) + left * sine) / rate,

@@ -84,7 +84,7 @@ impl Transport {
 
     /// Returns the mean speed along the initial heading; 0 before some time was observed \[m/s\].
     pub fn speed(&self) -> f64 {
-        let speed = self.path().and_then(|path| path.speed_ahead());
+        let speed = self.path().and_then(PlanarPath::speed_ahead);
         speed.unwrap_or(0.0)
     }
 
@@ -105,7 +105,7 @@ impl Transport {
 
     /// Returns the cost of transport of a weight \[N\], or why there is none.
     pub fn cost(&self, weight: f64) -> Result<f64, &'static str> {
-        let distance = self.path().map(|path| path.ahead());
+        let distance = self.path().map(PlanarPath::ahead);
         let distance = distance.filter(|distance| *distance > 0.0).ok_or(STANDS)?;
         let work = self.work.as_ref().ok_or("the work is not observed")?;
         Ok(work.positive() / (weight * distance))
