@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, SnapshotError, Unit, signal};
 use twinrig_runtime::{Limit, LimitViolation, ProcessVariable, VariableError};
 
+use crate::abduction::Course;
 use crate::limb::Limb;
 use crate::phase_meter::PhaseMeter;
 use crate::variables::{LocusVariables, Variables};
@@ -300,30 +301,16 @@ impl LegCommands {
                 continue;
             }
             let end = limb.corner.end();
-            let phase = phases.phase(leg, end);
             let step_length = fraction * self.of_locus.step_length(&self.variables, leg);
-            let mut step = None;
-            if let Some(course) = &course {
-                let stance_s = phases.stance_share(end) / phases.frequency();
-                let stance_s = if stance_s.is_finite() { stance_s } else { 0.0 };
-                let middle = self.of_locus.mid_stance(&self.variables, end);
-                let offset = self.of_locus.lateral_offset(&self.variables, leg);
-                step = Some(course.step(limb, middle, offset, stance_s));
-            }
-            let lengthening = step.map_or(0.0, |step| step.lengthening);
-            let locus = loci[end].with_step_length(step_length + lengthening);
-            let (mut target, mut aside_m) = (locus.point(phase), 0.0);
-            if let (Some(step), Some(angle)) = (step, abducted.next()) {
-                let height = target[1];
-                [*angle, target[1], aside_m] = limb.abducted(step.place(phase), height);
-                let [dead_band, lead] = self.of_locus.servo(&self.variables);
-                let mut ahead = phase;
-                if lead > 0.0 {
-                    ahead = phases.phase_after(leg, end, lead);
-                    [*angle, ..] = limb.abducted(step.place(ahead), height);
-                }
-                // A servo stops at the border of its dead band before the command.
-                *angle += step.direction(ahead) * dead_band;
+            let (mut target, mut aside_m) = ([0.0; 2], 0.0);
+            if let (Some(course), Some(angle)) = (&course, abducted.next()) {
+                let locus = (&loci[end], step_length);
+                let variables = (&self.of_locus, &self.variables[..]);
+                [*angle, target[0], target[1], aside_m] =
+                    steered(course, variables, limb, leg, locus, phases);
+            } else {
+                let locus = loci[end].with_step_length(step_length);
+                target = locus.point(phases.phase(leg, end));
             }
             let (command, beyond_m) = limb.command(target);
             let beyond_m = beyond_m.max(aside_m);
@@ -412,6 +399,37 @@ impl LegCommands {
             found,
         }
     }
+}
+
+/// Returns the angle of abduction of a leg whose foot steps to the side, the target of the foot in
+/// the leg's plane, and the distance of the target from the stops of the joint.
+#[inline(never)]
+fn steered(
+    course: &Course,
+    (of_locus, variables): (&LocusVariables, &[ProcessVariable]),
+    limb: &Limb,
+    leg: usize,
+    (locus, step_length): (&FootLocus, f64),
+    phases: &impl Phases,
+) -> [f64; 4] {
+    let end = limb.corner.end();
+    let phase = phases.phase(leg, end);
+    let stance_s = phases.stance_share(end) / phases.frequency();
+    let stance_s = if stance_s.is_finite() { stance_s } else { 0.0 };
+    let middle = of_locus.mid_stance(variables, end);
+    let offset = of_locus.lateral_offset(variables, leg);
+    let step = course.step(limb, middle, offset, stance_s);
+    let locus = locus.with_step_length(step_length + step.lengthening);
+    let [x, height] = locus.point(phase);
+    let [mut angle, z, aside_m] = limb.abducted(step.place(phase), height);
+    let [dead_band, lead] = of_locus.servo(variables);
+    let mut ahead = phase;
+    if lead > 0.0 {
+        ahead = phases.phase_after(leg, end, lead);
+        [angle, ..] = limb.abducted(step.place(ahead), height);
+    }
+    // A servo stops at the border of its dead band before the command.
+    [angle + step.direction(ahead) * dead_band, x, z, aside_m]
 }
 
 /// Loci of the fore and of the hind legs.

@@ -194,7 +194,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
     /// Returns everything but the drives.
     #[inline(always)]
     fn setting<const FREE: bool>(&self, has_cable: bool) -> Setting<L, N, P, B> {
-        if S::ARE_WIDE && A == 0 && B == 0 {
+        if S::ARE_WIDE && B == 0 {
             return self.prepare::<FREE>(has_cable);
         }
         self.simd.call(Preparation::<_, N, P, A, B, FREE> {
