@@ -38,7 +38,7 @@ pub fn settings(settings: &[(&str, &str)]) -> Vec<Setting> {
 /// Assembles a shipped scenario with settings.
 ///
 /// # Errors
-/// As [`twinrig::AssemblyBuilder::file`].
+/// As of the scenario, if it or a setting is invalid.
 pub fn shipped<'r>(
     registry: &'r Registry,
     file: &str,
