@@ -1,6 +1,6 @@
 //! Hip abduction: a common constant angle of all legs, or steps to the side.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use twinrig_kernel::Unit;
 use twinrig_runtime::{ProcessVariable, VariableError};
@@ -90,70 +90,5 @@ fn refused(variable: &ProcessVariable, value: f64, why: &str) -> VariableError {
         name: variable.name().to_owned(),
         value,
         why: why.to_owned(),
-    }
-}
-
-/// Steps to the side in one instant.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Course {
-    /// Angle of abduction outwards at mid-stance \[rad\].
-    pub(crate) splay: f64,
-    /// Rate of yaw \[rad/s\], and velocity to the left \[m/s\].
-    pub(crate) turn: f64,
-    pub(crate) sidestep: f64,
-}
-
-/// Step of a foot.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Step {
-    /// Place at mid-stance, to the left of its place with an upright leg \[m\].
-    middle: f64,
-    /// Length that turning adds, and width \[m\].
-    pub(crate) lengthening: f64,
-    width: f64,
-}
-
-impl Course {
-    /// Returns the step of a foot that is `x` ahead of the trunk's centre of mass and `z` above the
-    /// hip at mid-stance, and stands for a time \[s\]; `offset` is its place to the left beside
-    /// that of `splay` \[m\].
-    pub(crate) fn step(&self, limb: &Limb, [x, z]: [f64; 2], offset: f64, stance_s: f64) -> Step {
-        let splay = if limb.corner.left {
-            self.splay
-        } else {
-            -self.splay
-        };
-        let middle = limb.place_aside(splay, z) + offset;
-        let y = limb.hip[1] + middle;
-        Step {
-            middle,
-            lengthening: -(self.turn * y * stance_s),
-            width: (self.sidestep + self.turn * (limb.hip[0] + x)) * stance_s,
-        }
-    }
-}
-
-impl Step {
-    /// Returns the direction in which the foot moves at phase Θ: 1 to the left, −1 to the right, 0
-    /// for a step without width.
-    pub(crate) fn direction(&self, phase: f64) -> f64 {
-        let in_swing = if phase < PI { 1.0 } else { -1.0 };
-        if self.width == 0.0 {
-            0.0
-        } else {
-            in_swing * self.width.signum()
-        }
-    }
-
-    /// Returns the place of the foot at phase Θ, to the left of its place with an upright leg
-    /// \[m\]: in stance it moves at constant speed.
-    pub(crate) fn place(&self, phase: f64) -> f64 {
-        let half_turns = phase * (1.0 / PI);
-        let share = if half_turns < 1.0 {
-            half_turns * half_turns * (3.0 - 2.0 * half_turns) - 0.5
-        } else {
-            1.5 - half_turns
-        };
-        self.middle + self.width * share
     }
 }

@@ -6,8 +6,9 @@ use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Unit, stream};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Bound, LimitViolation, Process, ProcessVariable, VariableError};
 
-use crate::leg_commands::{LegCommands, Phases, Saved};
+use crate::leg_commands::{LegCommands, Saved};
 use crate::limb::Limb;
+use crate::phases::Phases;
 use crate::variables::{Variables, index};
 use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCurve};
 

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, SnapshotError, Unit, signal};
 use twinrig_runtime::{Limit, LimitViolation, ProcessVariable, VariableError};
 
-use crate::abduction::Course;
 use crate::limb::Limb;
 use crate::phase_meter::PhaseMeter;
+use crate::phases::Phases;
 use crate::variables::{LocusVariables, Variables};
 use crate::{Abduction, FootLocus, GaitError, StanceCurve};
 
@@ -80,25 +80,6 @@ impl OutOfReach {
 
 /// Values of all variables, and the state.
 pub(crate) type Saved = (Vec<f64>, LegState);
-
-/// Phases of all legs after a step.
-pub(crate) trait Phases {
-    /// Phase Θ in `[0, 2π]` of the locus of the leg with index `leg`, which is at `end` of the
-    /// robot.
-    fn phase(&self, leg: usize, end: usize) -> f64;
-
-    /// Expected phase of the leg after a time \[s\].
-    fn phase_after(&self, leg: usize, end: usize, seconds: f64) -> f64;
-
-    /// Fraction of the cycle of the leg, in `[0, 1)`.
-    fn turn(&self, leg: usize) -> f64;
-
-    /// Expected cycle frequency \[Hz\].
-    fn frequency(&self) -> f64;
-
-    /// Expected share of stance in the cycle of legs at `end` of the robot.
-    fn stance_share(&self, end: usize) -> f64;
-}
 
 impl LegCommands {
     /// Creates the commands of `limbs`, whose controller has these variables for its phases.
@@ -292,8 +273,8 @@ impl LegCommands {
         } else {
             &self.loci
         };
-        let course = (self.abduction == Abduction::Steer)
-            .then(|| self.of_locus.course(&self.variables, fraction));
+        let steering = (self.abduction == Abduction::Steer)
+            .then(|| self.of_locus.steering(&self.variables, fraction));
         let mut abducted = self.abducted.iter_mut();
         let mut rest = outputs;
         for (leg, limb) in self.limbs.iter().enumerate() {
@@ -302,18 +283,18 @@ impl LegCommands {
             }
             let end = limb.corner.end();
             let step_length = fraction * self.of_locus.step_length(&self.variables, leg);
-            let (mut target, mut aside_m) = ([0.0; 2], 0.0);
-            if let (Some(course), Some(angle)) = (&course, abducted.next()) {
-                let locus = (&loci[end], step_length);
-                let variables = (&self.of_locus, &self.variables[..]);
-                [*angle, target[0], target[1], aside_m] =
-                    steered(course, variables, limb, leg, locus, phases);
+            let locus = &loci[end];
+            let (command, beyond_m);
+            if let (Some(steering), Some(angle)) = (&steering, abducted.next()) {
+                let offset = self.of_locus.lateral_offset(&self.variables, leg);
+                let placement = steering.placement(leg, limb, phases, locus, step_length, offset);
+                *angle = placement.angle;
+                let (drives, short_m) = limb.command(placement.target);
+                (command, beyond_m) = (drives, short_m.max(placement.beyond_m));
             } else {
-                let locus = loci[end].with_step_length(step_length);
-                target = locus.point(phases.phase(leg, end));
+                let locus = locus.with_step_length(step_length);
+                (command, beyond_m) = limb.command(locus.point(phases.phase(leg, end)));
             }
-            let (command, beyond_m) = limb.command(target);
-            let beyond_m = beyond_m.max(aside_m);
             self.state.out_of_reach[leg].add(self.state.age, beyond_m);
             let (output, behind) = rest.split_at_mut(command.len());
             output.copy_from_slice(&command);
@@ -399,37 +380,6 @@ impl LegCommands {
             found,
         }
     }
-}
-
-/// Returns the angle of abduction of a leg whose foot steps to the side, the target of the foot in
-/// the leg's plane, and the distance of the target from the stops of the joint.
-#[inline(never)]
-fn steered(
-    course: &Course,
-    (of_locus, variables): (&LocusVariables, &[ProcessVariable]),
-    limb: &Limb,
-    leg: usize,
-    (locus, step_length): (&FootLocus, f64),
-    phases: &impl Phases,
-) -> [f64; 4] {
-    let end = limb.corner.end();
-    let phase = phases.phase(leg, end);
-    let stance_s = phases.stance_share(end) / phases.frequency();
-    let stance_s = if stance_s.is_finite() { stance_s } else { 0.0 };
-    let middle = of_locus.mid_stance(variables, end);
-    let offset = of_locus.lateral_offset(variables, leg);
-    let step = course.step(limb, middle, offset, stance_s);
-    let locus = locus.with_step_length(step_length + step.lengthening);
-    let [x, height] = locus.point(phase);
-    let [mut angle, z, aside_m] = limb.abducted(step.place(phase), height);
-    let [dead_band, lead] = of_locus.servo(variables);
-    let mut ahead = phase;
-    if lead > 0.0 {
-        ahead = phases.phase_after(leg, end, lead);
-        [angle, ..] = limb.abducted(step.place(ahead), height);
-    }
-    // A servo stops at the border of its dead band before the command.
-    [angle + step.direction(ahead) * dead_band, x, z, aside_m]
 }
 
 /// Loci of the fore and of the hind legs.

@@ -39,9 +39,11 @@ mod load_signal;
 mod locus;
 mod oscillators;
 mod phase_meter;
+mod phases;
 mod planner;
 mod stance_curve;
 mod stand;
+mod steering;
 mod tegotae;
 mod tegotae_rule;
 #[cfg(test)]

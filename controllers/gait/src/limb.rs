@@ -126,18 +126,29 @@ impl Limb {
     }
 
     /// Returns the angle of abduction \[rad\] that brings a foot to `aside` \[m\], to the left of
-    /// its place with an upright leg, and `z` above the hip in trunk axes; its height above the hip
-    /// in leg axes; and the distance from the target to the nearest place within the stops \[m\].
-    pub(crate) fn abducted(&self, aside: f64, z: f64) -> [f64; 3] {
+    /// its place with an upright leg, and `z` above the hip in trunk axes; and its height above the
+    /// hip in leg axes \[m\].
+    pub(crate) fn abducted(&self, aside: f64, z: f64) -> [f64; 2] {
         let [beside, above] = self.hip_from_axis();
         let (y, height) = (beside + aside, above + z);
         // (b, ζ) in leg axes, turned by the angle, is (y, z) from the axis.
         let square = y * y + height * height - beside * beside;
         let below = -libm::sqrt(square.max(0.0));
         let angle = libm::atan2(beside * height - below * y, beside * y + below * height);
+        [angle, below - above]
+    }
+
+    /// Returns the nearest angle of abduction between the stops \[rad\].
+    pub(crate) fn within_stops(&self, angle: f64) -> f64 {
         let [least, greatest] = self.abduction.map_or([0.0; 2], |axis| axis.range);
-        let within = angle.clamp(least, greatest);
-        [within, below - above, (angle - within).abs() * -below]
+        angle.clamp(least, greatest)
+    }
+
+    /// Returns the way of a foot at an angle of abduction \[rad\], `z` above the hip in leg axes,
+    /// to the nearest stop, zero between them \[m\].
+    pub(crate) fn beyond_stops(&self, angle: f64, z: f64) -> f64 {
+        let [_, above] = self.hip_from_axis();
+        (angle - self.within_stops(angle)).abs() * -(above + z)
     }
 
     /// Returns the hip and knee angles \[rad\] that bring the foot to `target` \[m\], or to the

@@ -162,6 +162,11 @@ impl FootLocus {
         self
     }
 
+    /// Position of the foot at the mid-stance of a flat stance: `[x, z]` relative to the hip \[m\].
+    pub(crate) fn mid_stance(&self) -> [f64; 2] {
+        [self.mid_stance_offset, -self.hip_height]
+    }
+
     /// Position of the foot at phase Θ in `[0, 2π]`: `[x, z]` relative to the hip \[m\].
     ///
     /// ```

@@ -7,9 +7,10 @@ use twinrig_kernel::{Port, SimDuration, Snapshot, SnapshotError, Stream, Unit, s
 use twinrig_robot::Robot;
 use twinrig_runtime::{LimitViolation, Process, ProcessVariable, VariableError};
 
-use crate::leg_commands::{LegCommands, Phases, Saved};
+use crate::leg_commands::{LegCommands, Saved};
 use crate::limb::Limb;
 use crate::load_signal::LoadSignal;
+use crate::phases::Phases;
 use crate::tegotae_rule::{MID_STANCE, advance, low_pass, wrap};
 use crate::variables::{Variables, index};
 use crate::{Abduction, FixedPoint, Gait, GaitError, StanceCurve};

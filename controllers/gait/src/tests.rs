@@ -346,16 +346,17 @@ proptest! {
 
     #[test]
     fn outputs_are_finite_for_any_variables(
-        values in prop::collection::vec((0..28_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
+        values in prop::collection::vec((0..36_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
         millis in 0..10_000_u64,
     ) {
-        let mut cpg = cpg(Gait::Trot);
-        for (index, value) in values {
-            // Most values are out of range: an error, and the variable is unchanged.
-            let _ = cpg.set_variable(index, value);
-            let mut outputs = [0.0; 8];
-            cpg.step(SimDuration::from_millis(millis), &[], &mut outputs);
-            prop_assert!(outputs.iter().all(|output| output.is_finite()), "{:?}", outputs);
+        for mut cpg in [cpg(Gait::Trot), steering::steering()] {
+            for (index, value) in &values {
+                // Most values are out of range: an error, and the variable is unchanged.
+                let _ = cpg.set_variable(*index, *value);
+                let mut outputs = vec![0.0; cpg.ports().len()];
+                cpg.step(SimDuration::from_millis(millis), &[], &mut outputs);
+                prop_assert!(outputs.iter().all(|output| output.is_finite()), "{:?}", outputs);
+            }
         }
     }
 }

@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 use twinrig_kernel::Unit;
 use twinrig_runtime::ProcessVariable;
 
-use crate::abduction::Course;
 use crate::limb::Limb;
+use crate::steering::Steering;
 use crate::{Abduction, FootLocus, LocusShape};
 
 /// Names of the ends of the robot, in the order of [`crate::Corner::end`].
@@ -210,31 +210,21 @@ impl LocusVariables {
         common.contains(&index) || offsets.contains(&index)
     }
 
-    /// Steps to the side, by a fraction of what is set; `splay` is not reduced.
-    pub(crate) fn course(&self, variables: &[ProcessVariable], fraction: f64) -> Course {
-        Course {
-            splay: variables[self.splay].value(),
-            turn: fraction * variables[self.turn].value(),
-            sidestep: fraction * variables[self.sidestep].value(),
+    /// Steps to the side, by a fraction of the motion that is set.
+    pub(crate) fn steering(&self, variables: &[ProcessVariable], fraction: f64) -> Steering {
+        let value = |index: usize| variables[index].value();
+        Steering {
+            splay: value(self.splay),
+            turn: fraction * value(self.turn),
+            sidestep: fraction * value(self.sidestep),
+            dead_band: value(self.dead_band),
+            lead: value(self.lead),
         }
-    }
-
-    /// Half-width of the dead band of the servos of abduction \[rad\], and the time by which they
-    /// lag behind their commands \[s\].
-    pub(crate) fn servo(&self, variables: &[ProcessVariable]) -> [f64; 2] {
-        [self.dead_band, self.lead].map(|index| variables[index].value())
     }
 
     /// Place of a leg's foot to the left beside that of `splay` \[m\].
     pub(crate) fn lateral_offset(&self, variables: &[ProcessVariable], leg: usize) -> f64 {
         variables[self.lateral_offset + leg].value()
-    }
-
-    /// Place of mid-stance of the fore (`end` 0) or hind (`end` 1) legs, ahead of and above the hip
-    /// \[m\].
-    pub(crate) fn mid_stance(&self, variables: &[ProcessVariable], end: usize) -> [f64; 2] {
-        let pair = |fore: usize| variables[fore + end].value();
-        [pair(self.mid_stance_offset), -pair(self.hip_height)]
     }
 
     /// Parameters of the foot locus of the fore (`end` 0) or hind (`end` 1) legs, without the step

@@ -25,7 +25,7 @@ fn robot() -> Robot {
     robot
 }
 
-fn steering() -> Cpg {
+pub(super) fn steering() -> Cpg {
     let cpg = Cpg::new(&robot(), &LEGS, Gait::Trot).unwrap();
     let mut cpg = cpg.with_abduction(Abduction::Steer).unwrap();
     set(&mut cpg, "ramp", 0.0);
@@ -69,6 +69,7 @@ proptest! {
     /// the gait, to the side, and about z; their height is that of the foot locus.
     #[test]
     fn feet_in_stance_move_against_the_trunk(
+        frequency in 1.5..4.0_f64,
         turn in -0.6..0.6_f64,
         sidestep in -0.05..0.05_f64,
         splay in -0.1..0.1_f64,
@@ -77,6 +78,7 @@ proptest! {
         let robot = robot();
         let (mut cpg, mut straight) = (steering(), steering());
         for cpg in [&mut cpg, &mut straight] {
+            set(cpg, "frequency", frequency);
             set(cpg, "step_length", 0.05);
             set(cpg, "step_height/fore", 0.02);
             set(cpg, "step_height/hind", 0.02);
@@ -85,8 +87,8 @@ proptest! {
         set(&mut cpg, "sidestep", sidestep);
         set(&mut cpg, "splay", splay);
         set(&mut cpg, "lateral_offset/RH", offset);
-        // 0.55 of a cycle of 3 Hz.
-        let speed = 0.05 * 3.0 / 0.55;
+        // In 0.55 of a cycle.
+        let speed = 0.05 * frequency / 0.55;
         let mut rows = [vec![0.0; 12], vec![0.0; 12]];
         let mut upright = vec![0.0; 12];
         let mut seen = [0; 4];
