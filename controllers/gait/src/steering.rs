@@ -80,7 +80,7 @@ impl Steering {
 }
 
 /// Step of a foot.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Step {
     /// Place at mid-stance, to the left of its place with an upright leg \[m\].
     middle: f64,
@@ -111,5 +111,30 @@ impl Step {
         } else {
             in_swing * self.width.signum()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn feet_swing_from_rest_to_rest_between_the_ends_of_stance() {
+        let step = Step {
+            middle: 0.01,
+            lengthening: 0.0,
+            width: 0.04,
+        };
+        let ends = [0.0, PI, 2.0 * PI].map(|phase| step.place(phase));
+        for (end, expected) in ends.into_iter().zip([-0.01, 0.03, -0.01]) {
+            assert!((end - expected).abs() < 1e-15, "{end} {expected}");
+        }
+        let by = 1e-4;
+        for (end, inner) in [(0.0, by), (PI, PI - by)] {
+            // Of second order in the phase.
+            let moved = step.place(inner) - step.place(end);
+            assert!(moved.abs() < 0.04 * by * by, "{moved}");
+        }
+        assert_eq!([0.1, 4.0].map(|phase| step.direction(phase)), [1.0, -1.0]);
     }
 }

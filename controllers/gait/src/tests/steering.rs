@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use proptest::prelude::*;
 use twinrig_robot::leg::{LegCommand, Pantograph};
 use twinrig_robot::{Abduction as Joint, Robot};
-use twinrig_runtime::{Process as _, VariableError};
+use twinrig_runtime::{Process, VariableError};
 
 use super::{LEGS, PERIOD, cpg, index, run, set};
 use crate::{Abduction, Cpg, Gait, GaitError, Tegotae};
@@ -80,6 +80,7 @@ proptest! {
         for cpg in [&mut cpg, &mut straight] {
             set(cpg, "frequency", frequency);
             set(cpg, "step_length", 0.05);
+            set(cpg, "mid_stance_offset/hind", 0.01);
             set(cpg, "step_height/fore", 0.02);
             set(cpg, "step_height/hind", 0.02);
         }
@@ -118,7 +119,8 @@ proptest! {
                 }
                 let seconds = PERIOD.as_secs_f64();
                 let found = [0, 1].map(|axis| (is[axis] - was[axis]) / seconds);
-                let expected = [-(speed - turn * y), -(sidestep + turn * mount.hip[0])];
+                let x = mount.hip[0] + if leg < 2 { 0.0 } else { 0.01 };
+                let expected = [-(speed - turn * y), -(sidestep + turn * x)];
                 for (found, expected) in found.iter().zip(expected) {
                     prop_assert!((found - expected).abs() < 1e-9, "{leg}: {found} {expected}");
                 }
@@ -160,14 +162,18 @@ fn commands_lead_by_the_dead_band() {
 }
 
 /// Angles come earlier by the lead, and nothing else changes.
-#[test]
-fn commands_are_ahead_by_the_lead() {
-    let (mut plain, mut leading) = (steering(), steering());
-    for cpg in [&mut plain, &mut leading] {
-        set(cpg, "turn", 0.4);
-    }
-    set(&mut leading, "lead", 0.02);
-    let (plain, leading) = (run(&mut plain, 400, 12), run(&mut leading, 400, 12));
+fn assert_leads(controller: &(impl Process + Clone)) {
+    let [plain, leading] = [0.0, 0.02].map(|lead| {
+        let mut controller = controller.clone();
+        set(&mut controller, "turn", 0.4);
+        set(&mut controller, "lead", lead);
+        let mut outputs = [0.0; 12];
+        let rows = (0..400).map(|_| {
+            controller.step(PERIOD, &[0.0; 4], &mut outputs);
+            outputs
+        });
+        rows.collect::<Vec<_>>()
+    });
     for (row, leading) in leading[..390].iter().enumerate() {
         for leg in 0..4 {
             let (angle, later) = (leading[8 + leg], plain[row + 10][8 + leg]);
@@ -176,6 +182,33 @@ fn commands_are_ahead_by_the_lead() {
             assert_eq!(leading[2 * leg].to_bits(), plain[row][2 * leg].to_bits());
         }
     }
+}
+
+#[test]
+fn commands_are_ahead_by_the_lead() {
+    assert_leads(&steering());
+    let tegotae = Tegotae::new(&robot(), &LEGS, Gait::Trot, 1).unwrap();
+    let mut tegotae = tegotae.with_abduction(Abduction::Steer).unwrap();
+    set(&mut tegotae, "ramp", 0.0);
+    assert_leads(&tegotae);
+}
+
+/// Steps to the side grow over the ramp, as all steps.
+#[test]
+fn steps_grow_over_the_ramp() {
+    let mut cpg = steering();
+    set(&mut cpg, "ramp", 1.0);
+    set(&mut cpg, "turn", 0.4);
+    let rows = run(&mut cpg, 1000, 12);
+    let widest = |rows: &[Vec<f64>]| {
+        let angles = rows.iter().flat_map(|row| &row[8..]);
+        angles.fold(0.0_f64, |most, angle| most.max(angle.abs()))
+    };
+    let [first, second, last] = [&rows[..20], &rows[20..250], &rows[500..]].map(widest);
+    assert!(
+        first < 0.05 * last && second < 0.5 * last,
+        "{first} {second} {last}"
+    );
 }
 
 #[test]
@@ -188,6 +221,16 @@ fn feet_beyond_the_stops_of_abduction_are_out_of_reach() {
     let violations = cpg.limit_violations();
     assert_eq!(violations.len(), 1);
     assert!(violations[0].part.contains("LF"), "{violations:?}");
+    // From the foot at the stop to the target, 0.12 m beside a foot with an upright leg.
+    let (robot, upright) = (robot(), run(&mut steering(), 10, 12));
+    let way = |(row, upright): (&Vec<f64>, &Vec<f64>)| {
+        let ([_, y, z], [_, beside, height]) = (foot(&robot, 0, row), foot(&robot, 0, upright));
+        libm::hypot(beside + 0.12 - y, height - z)
+    };
+    let farthest = rows.iter().zip(&upright).map(way).fold(0.0, f64::max);
+    // A chord and its arc.
+    let worst = violations[0].worst_m;
+    assert!((worst / farthest - 1.0).abs() < 0.01, "{worst} {farthest}");
 }
 
 #[test]
