@@ -213,19 +213,25 @@ fn steps_grow_over_the_ramp() {
 
 #[test]
 fn feet_beyond_the_stops_of_abduction_are_out_of_reach() {
-    let mut cpg = steering();
-    set(&mut cpg, "lateral_offset/LF", 0.12);
+    // Within the reach of the leg, but for the joint.
+    let low = || {
+        let mut cpg = steering();
+        set(&mut cpg, "hip_height/fore", 0.1);
+        cpg
+    };
+    let mut cpg = low();
+    set(&mut cpg, "lateral_offset/LF", 0.08);
     let rows = run(&mut cpg, 10, 12);
     assert!((rows[9][8] - 0.6).abs() < 1e-12, "{}", rows[9][8]);
     assert_eq!(cpg.out_of_reach(), 10);
     let violations = cpg.limit_violations();
     assert_eq!(violations.len(), 1);
     assert!(violations[0].part.contains("LF"), "{violations:?}");
-    // From the foot at the stop to the target, 0.12 m beside a foot with an upright leg.
-    let (robot, upright) = (robot(), run(&mut steering(), 10, 12));
+    // From the foot at the stop to the target, 0.08 m beside a foot with an upright leg.
+    let (robot, upright) = (robot(), run(&mut low(), 10, 12));
     let way = |(row, upright): (&Vec<f64>, &Vec<f64>)| {
         let ([_, y, z], [_, beside, height]) = (foot(&robot, 0, row), foot(&robot, 0, upright));
-        libm::hypot(beside + 0.12 - y, height - z)
+        libm::hypot(beside + 0.08 - y, height - z)
     };
     let farthest = rows.iter().zip(&upright).map(way).fold(0.0, f64::max);
     // A chord and its arc.
