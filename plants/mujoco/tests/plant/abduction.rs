@@ -5,7 +5,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_legged::{Abduction, Base, Drives, Segment, Setup};
 use twinrig_mujoco::{Coordinates, Mujoco, MujocoError, Options};
 use twinrig_robot::{Abduction as Joint, GRAVITY, LegMount, Robot};
-use twinrig_runtime::{Plant as _, PlantState};
+use twinrig_runtime::{EnergyBalance, Plant as _, PlantState};
 use twinrig_testing::abduction::{JOINT, Tumble, servo};
 use twinrig_testing::point_masses::abducted;
 use twinrig_testing::robots::{self, LEGS, pose};
@@ -82,6 +82,49 @@ fn energy_of_a_tumbling_robot_is_conserved() {
             let residual = residual(&fixture);
             // Measured values times 1.5.
             assert!(residual < bound, "{coordinates:?} {seed}: {residual:e}");
+        }
+    }
+}
+
+/// Returns the balance of a robot in the air whose legs are driven from side to side.
+fn swung(drives: Drives, coordinates: Coordinates) -> EnergyBalance {
+    let setup = Setup {
+        drives,
+        abduction: Abduction::Servos(servo(1.0)),
+        start: pose([10.0, -26.0, 44.0], [0.0; 3]),
+        step: SimDuration::from_micros(100),
+        ..passive(Base::Free)
+    };
+    let mut fixture = with_options(&without_impacts(), &Options::new(setup, coordinates));
+    let first = fixture.commands.len() - LEGS.len();
+    for ms in 1..=200_u32 {
+        let angle = 0.3 * libm::sin(0.03 * f64::from(ms));
+        for (command, share) in fixture.commands[first..]
+            .iter_mut()
+            .zip([1.0, -0.8, 0.6, 0.9])
+        {
+            *command = share * angle;
+        }
+        fixture.advance_us(1000);
+    }
+    fixture.energy()
+}
+
+/// Servos of abduction work on the joint, its rotor and nothing else: their work is not that of
+/// stops or of the cable, beside which it acts.
+#[test]
+fn work_of_servos_is_their_own() {
+    let servos = Drives::Servos {
+        hip: SERVO,
+        knee: SERVO,
+    };
+    for drives in [Drives::None, servos] {
+        for coordinates in Coordinates::ALL {
+            let balance = swung(drives.clone(), coordinates);
+            println!(
+                "{coordinates:?} {:e} {balance:?}",
+                balance.residual / balance.exchanged
+            );
         }
     }
 }
