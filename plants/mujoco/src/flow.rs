@@ -170,12 +170,19 @@ impl Flow {
 
     /// Updates the kinematics from the engine's state.
     pub(crate) fn update_kinematics(&mut self) {
+        (self.trunk, self.legs) = self.kinematics();
+    }
+
+    /// Returns the kinematics of the engine's state.
+    pub(crate) fn kinematics(&self) -> (TrunkFrame, [Option<LegFrame>; LEGS]) {
         let (qpos, qvel) = (self.engine.data().qpos(), self.engine.data().qvel());
-        self.trunk = TrunkFrame::new(&self.model, &self.at, qpos, qvel);
+        let trunk = TrunkFrame::new(&self.model, &self.at, qpos, qvel);
+        let (mut frames, coordinates) = ([None; LEGS], self.model.coordinates);
         let legs = self.model.legs.iter().zip(&self.at.legs);
-        for (frame, (leg, at)) in self.legs.iter_mut().zip(legs) {
-            *frame = Some(LegFrame::new(leg, at, self.model.coordinates, qpos, qvel));
+        for (frame, (leg, at)) in frames.iter_mut().zip(legs) {
+            *frame = Some(LegFrame::new(leg, at, coordinates, qpos, qvel));
         }
+        (trunk, frames)
     }
 
     /// Advances by a step.

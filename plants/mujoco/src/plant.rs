@@ -182,13 +182,15 @@ impl Dynamics for Flow {
         Ok(())
     }
 
+    // Of the engine's state: steps of MuJoCo alone leave the kinematics behind it.
     fn posture(&self) -> Posture {
-        let legs = self.model.legs.iter().zip(self.legs.iter().flatten());
+        let (trunk, frames) = self.kinematics();
+        let legs = self.model.legs.iter().zip(frames.iter().flatten());
         Posture {
-            position: self.trunk.position,
-            attitude: self.trunk.attitude,
-            velocity: self.trunk.velocity,
-            angular_velocity: self.trunk.angular_velocity,
+            position: trunk.position,
+            attitude: trunk.attitude,
+            velocity: trunk.velocity,
+            angular_velocity: trunk.angular_velocity,
             legs: legs
                 .map(|(leg, frame)| (leg.name.clone(), frame.posture()))
                 .collect(),
@@ -196,7 +198,8 @@ impl Dynamics for Flow {
     }
 
     fn extra_state(&self) -> Vec<(String, Vec<f64>)> {
-        let legs = self.model.legs.iter().zip(self.legs.iter().flatten());
+        let (_, frames) = self.kinematics();
+        let legs = self.model.legs.iter().zip(frames.iter().flatten());
         legs.filter(|(leg, _)| leg.abduction.is_some())
             .map(|(leg, frame)| {
                 let carrier = &frame.carrier;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use twinrig_kernel::SimDuration;
 use twinrig_legged::{Abduction, Base, Drives, Segment, Setup};
-use twinrig_mujoco::{Coordinates, Mujoco, MujocoError, Options};
+use twinrig_mujoco::{Coordinates, Integrator, Mujoco, MujocoError, Options};
 use twinrig_robot::{Abduction as Joint, GRAVITY, LegMount, Robot};
 use twinrig_runtime::{EnergyBalance, Plant as _, PlantState};
 use twinrig_testing::abduction::{JOINT, Tumble, servo};
@@ -159,20 +159,104 @@ fn servos_bear_the_weight_of_legs_held_aside() {
             let signal = |name: &str| format!("leg/{}/{name}", mount.name);
             let found = fixture.value(&signal("abduction/position"));
             assert!((found - angle).abs() < 1e-4, "{coordinates:?}: {found}");
-            let (mut moment, mut joint) = (0.0, Vector3::zeros());
-            let segments = Segment::of(&mount.leg);
             let angles = state.get(&signal("angles")).unwrap();
-            for (segment, theta) in segments.iter().zip(angles) {
-                let along = Vector3::new(libm::sin(*theta), 0.0, -libm::cos(*theta));
-                let place = abducted(mount, found, joint + along * segment.centre);
-                moment += segment.mass * GRAVITY * (place.y - axis_of(mount));
-                joint += along * segment.length;
-            }
+            let moment = moment_of_weight(mount, found, angles);
             let torque = fixture.value(&signal("abduction/torque"));
             // The rest of a motion that a lag of 20 ms ends.
             let error = (torque - moment).abs();
             assert!(error < 2e-4, "{coordinates:?}: {torque} N·m, {moment} N·m");
         }
+    }
+}
+
+/// Returns the moment of the weight of a leg about its axis of abduction \[N·m\], at an angle of
+/// abduction and the angles of its segments.
+fn moment_of_weight(mount: &LegMount, angle: f64, segments: &[f64]) -> f64 {
+    let (mut moment, mut joint) = (0.0, Vector3::zeros());
+    for (segment, theta) in Segment::of(&mount.leg).iter().zip(segments) {
+        let along = Vector3::new(libm::sin(*theta), 0.0, -libm::cos(*theta));
+        let place = abducted(mount, angle, joint + along * segment.centre);
+        moment += segment.mass * GRAVITY * (place.y - axis_of(mount));
+        joint += along * segment.length;
+    }
+    moment
+}
+
+/// The sag of a leg on a position actuator is the moment of its weight over the stiffness: that of
+/// a servo critically damped at twice the rate of its lag, with the inertia of the stretched leg.
+/// The actuators of hip and knee shake the leg, which leaves the means.
+#[test]
+fn legs_sag_on_position_actuators() {
+    let (robot, angle, servo) = (robot(), 0.2, servo(1.0));
+    let setup = Setup {
+        drives: Drives::Servos {
+            hip: SERVO,
+            knee: SERVO,
+        },
+        abduction: Abduction::Servos(servo),
+        ..hanging(pose([10.0, -25.0, 37.0], [0.0; 3]))
+    };
+    let mut options = Options::new(setup, Coordinates::Minimal);
+    (options.step_only, options.position_actuators) = (true, true);
+    options.numerics.integrator = Integrator::ImplicitFast;
+    let mut fixture = with_options(&robot, &options);
+    let first = fixture.commands.len() - LEGS.len();
+    fixture.commands[first..].fill(angle);
+    fixture.advance_us(1_000_000);
+    let mut sums = [[0.0; 2]; LEGS.len()];
+    for _ in 0..1000 {
+        fixture.advance_us(2000);
+        let state = fixture.plant.state().unwrap();
+        for (mount, [sags, moments]) in robot.legs.iter().zip(&mut sums) {
+            let of_leg = |name: &str| state.get(&format!("leg/{}/{name}", mount.name)).unwrap();
+            let [found, _] = of_leg("abduction") else {
+                panic!("{state:?}");
+            };
+            *sags += angle - found;
+            *moments += moment_of_weight(mount, *found, of_leg("angles"));
+        }
+    }
+    for (mount, [sag, moment]) in robot.legs.iter().zip(sums) {
+        let axis = [axis_of(mount), mount.hip[2] + JOINT.height];
+        let (mut inertia, mut length) = (servo.inertia, mount.hip[2]);
+        for segment in Segment::of(&mount.leg) {
+            let (y, z) = (mount.hip[1] - axis[0], length - segment.centre - axis[1]);
+            inertia += segment.moment + segment.mass * (y * y + z * z);
+            length -= segment.length;
+        }
+        let stiffness = inertia * (2.0 / servo.lag) * (2.0 / servo.lag);
+        let share = sag * stiffness / moment;
+        assert!((share - 1.0).abs() < 0.02, "{}: {share}", mount.name);
+    }
+}
+
+/// A servo has less torque the faster it turns: a weak one that jumps follows its line.
+#[test]
+fn torque_of_servos_falls_with_their_speed() {
+    let weak = servo(0.05);
+    for coordinates in Coordinates::ALL {
+        let setup = Setup {
+            abduction: Abduction::Servos(weak),
+            step: SimDuration::from_micros(200),
+            ..passive(Base::Fixed)
+        };
+        let mut fixture = with_options(&robot(), &Options::new(setup, coordinates));
+        fixture.commands.copy_from_slice(&[0.5, -0.5, 0.5, -0.5]);
+        let mut fastest = 0.0_f64;
+        for _ in 0..250 {
+            fixture.advance_us(200);
+            let torque = fixture.value("leg/LF/abduction/torque");
+            let state = fixture.plant.state().unwrap();
+            let rate = state.get("leg/LF/abduction").unwrap()[1];
+            let most = weak.torque * (1.0 - rate / weak.speed);
+            // The rate changes by less than 5 % of the speed in a step.
+            assert!(
+                torque < most + 0.05 * weak.torque,
+                "{coordinates:?}: {torque} N·m, {rate} rad/s"
+            );
+            fastest = fastest.max(rate);
+        }
+        assert!(fastest > 0.25 * weak.speed, "{coordinates:?}: {fastest}");
     }
 }
 
@@ -250,6 +334,15 @@ fn joints_are_saved_and_resumed() {
         }
         assert!(expected[0].abs() > 1e-2, "{leg}: {expected:?}");
     }
+    // The way of a point at the length of the first segment from the axis.
+    let pressed = state
+        .clone()
+        .with("leg/LF/abduction", &[JOINT.abduction_max + 0.1, 0.0]);
+    to.plant.resume_from(&pressed).unwrap();
+    let way = 0.1 * robot().legs[0].leg.l1;
+    let violation = to.plant.constraint_violation().unwrap();
+    assert!((violation - way).abs() < 1e-12, "{violation} {way}");
+
     let upright = state.only(|name| !name.ends_with("/abduction"));
     let lines = to.plant.resume_from(&upright).unwrap();
     assert_eq!(lines.len(), LEGS.len(), "{lines:?}");

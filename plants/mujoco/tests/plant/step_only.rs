@@ -2,6 +2,7 @@
 
 use twinrig_legged::{Drives, Setup};
 use twinrig_mujoco::{Coordinates, Integrator, Mujoco, MujocoError, Options};
+use twinrig_runtime::Plant as _;
 use twinrig_testing::robots::{self, LEGS, pose, robot};
 use twinrig_testing::trot::Trot;
 
@@ -71,9 +72,13 @@ fn readings_follow_and_the_energy_is_that_stored() {
     let [_, options] = both(&released(), Coordinates::Minimal, Integrator::Euler);
     let mut fixture = with_options(&robot(), &options);
     fixture.observe();
-    let start = fixture.energy();
+    let (start, at_start) = (fixture.energy(), fixture.plant.state().unwrap());
     fixture.advance_to_ms(300);
+    // The shared state needs no reading before it.
+    let state = fixture.plant.state().unwrap();
     fixture.observe();
+    assert_eq!(fixture.plant.state().unwrap(), state);
+    assert_ne!(state.get("leg/LF/angles"), at_start.get("leg/LF/angles"));
     let end = fixture.energy();
     assert!(end.stored() < start.stored(), "joints dissipate");
     assert_eq!((end.residual, end.dissipated), (0.0, 0.0));
