@@ -1,13 +1,10 @@
 //! Legs that abduct, in MuJoCo.
 
-use std::path::Path;
-
 use twinrig::kernel::SimDuration;
 use twinrig::scenario::Verdict;
-use twinrig::{Assembly, Execution, Registry, execute};
 use twinrig_tests::{assert_legs_follow_the_servo_board, assert_steers};
 
-use crate::{feet_of, of_command_line, rms};
+use crate::{feet_of_text, report_of, rms};
 
 /// Oncilla trots in the air, and its legs spread to 12° on the way.
 const HANGING: &str = r#"
@@ -39,12 +36,7 @@ to = "12 deg"
 "#;
 
 fn track(settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
-    let registry = Registry::standard();
-    let assembly = Assembly::builder(&registry)
-        .settings(&of_command_line(settings))
-        .text("hanging.toml", HANGING, Path::new(""))
-        .unwrap_or_else(|error| panic!("{error}"));
-    feet_of(&assembly, SimDuration::from_millis(1500))
+    feet_of_text(HANGING, settings, SimDuration::from_millis(1500))
 }
 
 #[test]
@@ -56,7 +48,6 @@ fn mujoco_moves_the_feet_as_the_full_plant() {
             ("plant.coordinates", coordinates),
         ];
         let distance = rms(&reference, &track(&settings));
-        println!("{coordinates}: {distance}");
         assert!(distance < 1e-3, "{coordinates}: {distance} m");
     }
     // By the spread, feet move sideways by centimetres.
@@ -77,25 +68,18 @@ fn oncilla_turns_and_steps_to_the_side_in_mujoco() {
 /// The robot trots straight on at its speed, as with locked joints.
 #[test]
 fn legs_that_abduct_trot_in_mujoco() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/oncilla-trot.toml");
-    let registry = Registry::standard();
     let settings = [
         ("plant.model", "'mujoco'"),
         ("plant.abduction", "'free'"),
         ("duration", "'10 s'"),
     ];
-    let assembly = Assembly::builder(&registry)
-        .settings(&of_command_line(&settings))
-        .file(&path)
-        .unwrap();
-    let report = execute(&assembly, &Execution::default()).unwrap();
+    let report = report_of("oncilla-trot.toml", &settings);
     let outcomes = report.expectations.iter().map(|line| &line.outcome);
     let kept = ["does not fall", "forward speed", "goes straight"];
     let kept: Vec<_> = outcomes
         .filter(|row| kept.contains(&row.name.as_str()))
         .map(|row| (row.verdict, row.measured))
         .collect();
-    println!("{kept:?}");
     assert_eq!(kept.len(), 3);
     let passes = kept.iter().all(|(verdict, _)| *verdict == Verdict::Pass);
     assert!(passes, "{kept:?}");

@@ -1,10 +1,15 @@
 //! Contact of trunk, knees and ankles in the engines.
 
+#[cfg(feature = "rapier")]
 use std::path::Path;
 
-use twinrig::{Assembly, Execution, Registry, Status, execute};
+use twinrig::Status;
+#[cfg(feature = "rapier")]
+use twinrig::{Assembly, Registry};
 
-use crate::{ENGINES, of_command_line};
+#[cfg(feature = "rapier")]
+use crate::of_command_line;
+use crate::{ENGINES, report_of};
 
 #[cfg(feature = "rapier")]
 #[test]
@@ -25,8 +30,6 @@ fn rapier_refuses_contact_of_the_trunk_with_ground_that_is_not_flat() {
 /// The robot of `fall.toml` tips over and lies on its trunk in every engine, as in our own plants.
 #[test]
 fn a_robot_that_falls_lies_on_the_ground() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/fall.toml");
-    let registry = Registry::standard();
     for engine in ENGINES {
         let model = format!("'{engine}'");
         let settings = [
@@ -34,11 +37,7 @@ fn a_robot_that_falls_lies_on_the_ground() {
             ("plant.contacts", "'all'"),
             ("plant.step", "'0.5 ms'"),
         ];
-        let assembly = Assembly::builder(&registry)
-            .settings(&of_command_line(&settings))
-            .file(&path)
-            .unwrap();
-        let report = execute(&assembly, &Execution::default()).unwrap();
+        let report = report_of("fall.toml", &settings);
         let outcomes = report.expectations.iter().map(|line| &line.outcome);
         let measured: Vec<_> = outcomes.map(|row| (&row.name, row.measured)).collect();
         assert_eq!(report.verdict, Status::Pass, "{engine}: {measured:?}");

@@ -17,7 +17,7 @@ use std::path::Path;
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{Group, Observer, RunEvent};
 use twinrig::scenario::Setting;
-use twinrig::{Assembly, Execution, Registry, execute};
+use twinrig::{Assembly, Execution, Registry, Report, execute};
 use twinrig_tests::{TrotFixture, run, run_from};
 
 /// Engines of this build.
@@ -68,6 +68,29 @@ fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
         .file(&path)
         .unwrap();
     feet_of(&assembly, SimDuration::from_millis(300))
+}
+
+/// Returns the foot positions of a run of a scenario up to `end`.
+fn feet_of_text(text: &str, settings: &[(&str, &str)], end: SimDuration) -> Vec<Vec<f64>> {
+    let registry = Registry::standard();
+    let assembly = Assembly::builder(&registry)
+        .settings(&of_command_line(settings))
+        .text("hanging.toml", text, Path::new(""))
+        .unwrap_or_else(|error| panic!("{error}"));
+    feet_of(&assembly, end)
+}
+
+/// Runs a shipped scenario.
+fn report_of(scenario: &str, settings: &[(&str, &str)]) -> Report {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenarios")
+        .join(scenario);
+    let registry = Registry::standard();
+    let assembly = Assembly::builder(&registry)
+        .settings(&of_command_line(settings))
+        .file(&path)
+        .unwrap();
+    execute(&assembly, &Execution::default()).unwrap()
 }
 
 /// Returns the foot positions of a run up to `end`.

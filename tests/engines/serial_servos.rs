@@ -1,12 +1,9 @@
 //! Legs on serial servos in the engines: torques and friction of the drives are ours, the motion is
 //! theirs.
 
-use std::path::Path;
-
 use twinrig::kernel::SimDuration;
-use twinrig::{Assembly, Registry};
 
-use crate::{ENGINES, feet_of, of_command_line, rms};
+use crate::{ENGINES, feet_of_text, rms};
 
 const HANGING: &str = r#"
 name = "hanging"
@@ -34,14 +31,13 @@ ramp = "500 ms"
 /// 2.3 mm.
 #[test]
 fn engines_move_the_feet_as_the_full_plant() {
-    let registry = Registry::standard();
     let track = |plant: &str| {
         let model = format!("\"{plant}\"");
-        let assembly = Assembly::builder(&registry)
-            .settings(&of_command_line(&[("plant.model", &model)]))
-            .text("hanging.toml", HANGING, Path::new(""))
-            .unwrap_or_else(|error| panic!("{error}"));
-        feet_of(&assembly, SimDuration::from_secs(2))
+        feet_of_text(
+            HANGING,
+            &[("plant.model", &model)],
+            SimDuration::from_secs(2),
+        )
     };
     let reference = track("lcp");
     for engine in ENGINES {

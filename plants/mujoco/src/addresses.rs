@@ -4,7 +4,7 @@ use mujoco_rs::prelude::{MjModel, MjtObjBase};
 use twinrig_legged::{Base, DriveModels};
 
 use crate::engine::EngineError;
-use crate::inputs::{DRIVE_NAMES, DRIVES};
+use crate::inputs::{ABDUCTION, DRIVE_NAMES, DRIVES};
 use crate::model::Model;
 use crate::options::Coordinates;
 
@@ -96,7 +96,8 @@ impl Addresses {
                 let of_drive =
                     |kind, suffix| find(compiled, kind, &format!("{name}_{drive_name}{suffix}"));
                 let is_servo = model.servos[drive].is_some();
-                let is_motor = drive < 2 && matches!(model.drives, Some(DriveModels::Motors(_)));
+                let is_motor =
+                    matches!(model.drives, Some(DriveModels::Motors(_))) && drive != ABDUCTION;
                 if is_servo && !model.position_actuators {
                     clutches[drive] = Some(Clutch {
                         flywheel: named(&format!("{drive_name}_flywheel"))?,

@@ -7,6 +7,9 @@ use twinrig_legged::LEGS;
 pub(crate) const DRIVE_NAMES: [&str; DRIVES] = ["hip", "knee", "abduction"];
 pub(crate) const DRIVES: usize = 3;
 
+/// Index of the drive of abduction, which is a servo where there is one.
+pub(crate) const ABDUCTION: usize = 2;
+
 /// Inputs of a leg's drives, as of the ports.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LegInputs {

@@ -6,6 +6,7 @@ use twinrig_legged::{FootMotion, LEGS, Readings, surfaces_below};
 use twinrig_runtime::EnergyBalance;
 
 use crate::flow::Flow;
+use crate::inputs::ABDUCTION;
 
 impl Readings for Flow {
     fn position(&self) -> Vector3<f64> {
@@ -65,7 +66,7 @@ impl Readings for Flow {
     }
 
     fn abduction_torque(&self, leg: usize) -> f64 {
-        self.forces[leg].torques[2]
+        self.forces[leg].torques[ABDUCTION]
     }
 
     fn angles(&self, leg: usize) -> [f64; 3] {

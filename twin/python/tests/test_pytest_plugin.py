@@ -50,7 +50,12 @@ footstep = { phase = "trot", tolerance = 0.05 }
 
 
 @pytest.fixture(autouse=True)
-def _without_other_plug_ins(monkeypatch: pytest.MonkeyPatch) -> None:
+def _without_other_plug_ins(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without files of pytest and plug-ins of this machine.
+
+    A `setup.py` in a folder above would be the root of the paths and of the tests.
+    """
+    pytester.makeini("[pytest]")
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
 
 

@@ -189,7 +189,7 @@ fn limited(
         }
         BodyMeasure::Speed(along @ (Along::Heading | Along::Path)) => {
             let (channel, position, rpy) = trunk.pose()?;
-            let speed = Speed::new(position, rpy + 2, along, limits);
+            let speed = Speed::new(position, rpy + 2, along == Along::Path, limits);
             (channel, Meter::Speed(speed))
         }
         BodyMeasure::Speed(Along::Forward) => twist(trunk, TwistPart::Forward, limits)?,

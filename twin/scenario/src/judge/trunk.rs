@@ -6,7 +6,6 @@ use twinrig_kernel::SimTime;
 
 use super::outcome::{Finding, TILT};
 use super::tracker::{Extremes, Site};
-use crate::body::Along;
 use crate::limits::Limits;
 
 /// Mean speed over the window.
@@ -15,7 +14,8 @@ pub(crate) struct Speed {
     /// Index of x; y follows.
     position: usize,
     yaw: usize,
-    along: Along,
+    /// Whether it is that along the path, not along the initial heading.
+    is_of_path: bool,
     limits: Limits,
     path: Option<PlanarPath>,
 }
@@ -85,11 +85,11 @@ impl PlanarPath {
 }
 
 impl Speed {
-    pub fn new(position: usize, yaw: usize, along: Along, limits: Limits) -> Self {
+    pub fn new(position: usize, yaw: usize, is_of_path: bool, limits: Limits) -> Self {
         Speed {
             position,
             yaw,
-            along,
+            is_of_path,
             limits,
             path: None,
         }
@@ -107,9 +107,10 @@ impl Speed {
 
     pub fn finding(&self) -> Finding {
         let observed = self.path.and_then(|path| {
-            let speed = match self.along {
-                Along::Path => path.speed_along(),
-                _ => path.speed_ahead(),
+            let speed = if self.is_of_path {
+                path.speed_along()
+            } else {
+                path.speed_ahead()
             };
             Some((path, speed?))
         });
