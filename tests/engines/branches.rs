@@ -1,13 +1,12 @@
 //! Live runs on plants of other engines, which save their state: branches are the runs of their
 //! scenarios.
 
-use std::path::Path;
-
 use twinrig::kernel::SimTime;
 use twinrig::{Assembly, Execution, Registry, execute};
 use twinrig_live::{SNAPSHOT_BYTES, Session};
+use twinrig_tests::{scenarios, shipped};
 
-use super::{ENGINES, of_command_line};
+use super::ENGINES;
 
 fn ms(ms: u64) -> SimTime {
     SimTime::from_nanos(ms * 1_000_000)
@@ -23,14 +22,12 @@ fn branches_are_runs_of_their_scenarios() {
 
 fn check(plant: &str) {
     let registry = Registry::standard();
-    let settings = of_command_line(&[
+    let settings = [
         ("plant.model", plant),
         ("until", "500 ms"),
         ("record", "{}"),
-    ]);
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/trot.toml");
-    let builder = Assembly::builder(&registry).settings(&settings);
-    let assembly = builder.file(&path).unwrap();
+    ];
+    let assembly = shipped(&registry, "trot.toml", &settings).unwrap();
     let mut session = Session::new(&assembly, SNAPSHOT_BYTES).unwrap();
     session.advance(ms(333), &mut ());
     session.seek(ms(150), &mut ()).unwrap();
@@ -40,14 +37,14 @@ fn check(plant: &str) {
     session.set("step_length", 0.12, Some(0.2)).unwrap();
     session.advance(ms(500), &mut ());
     assert_eq!(session.branches().len(), 3);
-    let folder = path.parent().unwrap();
+    let folder = scenarios();
     let mut fingerprints = Vec::new();
     for branch in [2, 0, 1] {
         session.select(branch, None, &mut ()).unwrap();
         session.advance(ms(500), &mut ());
-        let text = session.text_of(branch, folder).unwrap();
+        let text = session.text_of(branch, &folder).unwrap();
         let builder = Assembly::builder(&registry);
-        let again = builder.text("branch.toml", &text, folder).unwrap();
+        let again = builder.text("branch.toml", &text, &folder).unwrap();
         let report = execute(&again, &Execution::default()).unwrap();
         let fingerprint = session.fingerprint().to_string();
         assert_eq!(report.fingerprint.as_ref(), Some(&fingerprint), "{text}");

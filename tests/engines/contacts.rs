@@ -1,26 +1,20 @@
 //! Contact of trunk, knees and ankles in the engines.
 
 #[cfg(feature = "rapier")]
-use std::path::Path;
-
+use twinrig::Registry;
 use twinrig::Status;
 #[cfg(feature = "rapier")]
-use twinrig::{Assembly, Registry};
+use twinrig_tests::shipped;
 
-#[cfg(feature = "rapier")]
-use crate::of_command_line;
 use crate::{ENGINES, report_of};
 
 #[cfg(feature = "rapier")]
 #[test]
 fn rapier_refuses_contact_of_the_trunk_with_ground_that_is_not_flat() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/fall.toml");
     let step = "{ profile = 'step-down', at = '9 m', height = '2 cm' }";
     let settings = [("plant.model", "'rapier'"), ("plant.ground", step)];
     let registry = Registry::standard();
-    let assembly = Assembly::builder(&registry)
-        .settings(&of_command_line(&settings))
-        .file(&path);
+    let assembly = shipped(&registry, "fall.toml", &settings);
     let error = assembly.map(|_| ()).unwrap_err();
     let source = std::error::Error::source(&error).unwrap();
     let refusal = source.to_string();

@@ -9,8 +9,6 @@ use twinrig::{Assembly, Execution, Registry, execute};
 use twinrig_experiment::{FitOutcome, FitRequest, RecordingResidual, fit};
 use twinrig_tests::scenarios;
 
-use crate::of_command_line;
-
 /// Values of robots/cheetah-cub.toml, of which the robot differs by up to 20 %.
 const PARAMETERS: [(&str, f64, &str); 8] = [
     ("trunk.mass", 0.9, "kg"),
@@ -77,7 +75,7 @@ fn record(folder: &Path, gait: usize, truth: &[(String, String)]) -> PathBuf {
     let text = fs::read_to_string(scenarios().join("trot.toml")).unwrap();
     let (text, _) = text.split_once("[[expect]]").unwrap();
     let registry = Registry::standard();
-    let settings = of_command_line(&settings);
+    let settings = twinrig_tests::settings(&settings);
     let assembly = Assembly::builder(&registry).settings(&settings);
     let assembly = assembly.text("trot.toml", text, &scenarios()).unwrap();
     let recording = folder.join(format!("gait-{gait}.mcap"));
@@ -168,7 +166,7 @@ fn predicted(number: u64, keys: &[(&str, &str)]) -> [[f64; 3]; 2] {
     let hidden = fitted(
         &recordings,
         space(&folder.0, "true.toml", &keys),
-        of_command_line(&settings),
+        twinrig_tests::settings(&settings),
     );
     [1, 2].map(|gait| {
         [

@@ -16,9 +16,8 @@ use std::path::Path;
 
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{Group, Observer, RunEvent};
-use twinrig::scenario::Setting;
 use twinrig::{Assembly, Execution, Registry, Report, execute};
-use twinrig_tests::{TrotFixture, run, run_from};
+use twinrig_tests::{TrotFixture, run, run_from, shipped};
 
 /// Engines of this build.
 const ENGINES: &[&str] = &[
@@ -46,27 +45,11 @@ impl Observer for Feet {
     }
 }
 
-/// Returns settings as of `--set`.
-fn of_command_line(settings: &[(&str, &str)]) -> Vec<Setting> {
-    let settings = settings.iter().map(|(key, value)| Setting {
-        origin: "--set".to_owned(),
-        key: (*key).to_owned(),
-        value: (*value).to_owned(),
-    });
-    settings.collect()
-}
-
 /// Returns the foot positions during the first 300 ms of passive legs, the interval shown in the
 /// thesis (figure 2.5).
 fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenarios")
-        .join(scenario);
     let registry = Registry::standard();
-    let assembly = Assembly::builder(&registry)
-        .settings(&of_command_line(settings))
-        .file(&path)
-        .unwrap();
+    let assembly = shipped(&registry, scenario, settings).unwrap();
     feet_of(&assembly, SimDuration::from_millis(300))
 }
 
@@ -74,7 +57,7 @@ fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
 fn feet_of_text(text: &str, settings: &[(&str, &str)], end: SimDuration) -> Vec<Vec<f64>> {
     let registry = Registry::standard();
     let assembly = Assembly::builder(&registry)
-        .settings(&of_command_line(settings))
+        .settings(&twinrig_tests::settings(settings))
         .text("hanging.toml", text, Path::new(""))
         .unwrap_or_else(|error| panic!("{error}"));
     feet_of(&assembly, end)
@@ -82,14 +65,8 @@ fn feet_of_text(text: &str, settings: &[(&str, &str)], end: SimDuration) -> Vec<
 
 /// Runs a shipped scenario.
 fn report_of(scenario: &str, settings: &[(&str, &str)]) -> Report {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../scenarios")
-        .join(scenario);
     let registry = Registry::standard();
-    let assembly = Assembly::builder(&registry)
-        .settings(&of_command_line(settings))
-        .file(&path)
-        .unwrap();
+    let assembly = shipped(&registry, scenario, settings).unwrap();
     execute(&assembly, &Execution::default()).unwrap()
 }
 
@@ -195,13 +172,7 @@ fn trot_on_mujoco(step: &str) -> [f64; 4] {
         ("plant.step", step),
         ("duration", "8 s"),
     ];
-    let path = twinrig_tests::scenarios().join("trot.toml");
-    let registry = Registry::standard();
-    let assembly = Assembly::builder(&registry)
-        .settings(&of_command_line(&settings))
-        .file(&path)
-        .unwrap();
-    let report = execute(&assembly, &Execution::default()).unwrap();
+    let report = report_of("trot.toml", &settings);
     [
         "forward speed",
         "pitch, peak to peak",

@@ -4,17 +4,6 @@ use twinrig::{Execution, Registry, execute};
 
 use crate::shipped;
 
-/// Settings of the gait: feet farther apart than in the straight trot, and the dead band and the
-/// lag of the servos of abduction.
-const STEERING: [(&str, &str); 6] = [
-    ("plant.abduction", "'free'"),
-    ("controller.abduction", "'steer'"),
-    ("controller.splay", "'3 deg'"),
-    ("controller.dead_band", "'0.3 deg'"),
-    ("controller.lead", "'40 ms'"),
-    ("duration", "'10 s'"),
-];
-
 /// Turning rate \[rad/s\], speed along the heading and to the left of it \[m/s\], from the fourth
 /// second on.
 const CLAIMS: &str = concat!(
@@ -25,12 +14,18 @@ const CLAIMS: &str = concat!(
     "]"
 );
 
-fn measured(plant: &str, settings: &[(&str, &str)]) -> [f64; 3] {
+/// Returns the values of [`CLAIMS`] with a command that does not change.
+fn measured(plant: &str, file: &str, variable: &str, command: &str) -> [f64; 3] {
     let registry = Registry::standard();
-    let model = format!("'{plant}'");
-    let own = [("plant.model", model.as_str()), ("expect", CLAIMS)];
-    let settings = [&own[..], &STEERING[..], settings].concat();
-    let assembly = shipped(&registry, "oncilla-trot.toml", &settings).unwrap();
+    let [model, command] = [plant, command].map(|text| format!("'{text}'"));
+    let settings = [
+        ("plant.model", model.as_str()),
+        ("duration", "'10 s'"),
+        ("change", "[]"),
+        (variable, command.as_str()),
+        ("expect", CLAIMS),
+    ];
+    let assembly = shipped(&registry, file, &settings).unwrap();
     let report = execute(&assembly, &Execution::default()).unwrap();
     let outcomes = report.expectations.iter().map(|line| &line.outcome);
     let values: Vec<_> = outcomes.map(|row| row.measured.unwrap()).collect();
@@ -42,25 +37,25 @@ fn measured(plant: &str, settings: &[(&str, &str)]) -> [f64; 3] {
 /// # Panics
 /// If it does not.
 pub fn assert_steers(plant: &str) {
-    let [straight, speed, _] = measured(plant, &[]);
+    let turned = |command: &str| measured(plant, "oncilla-turn.toml", "controller.turn", command);
+    let [straight, speed, _] = turned("0 deg/s");
     assert!(straight.abs() < 0.03, "{plant}: {straight} rad/s");
-    let degree = 1f64.to_radians();
-    let turns = [("20 deg/s", 20.0), ("-20 deg/s", -20.0), ("30 deg/s", 30.0)];
-    for (command, rate) in turns {
-        let value = format!("'{command}'");
-        let [found, forward, _] = measured(plant, &[("controller.turn", &value)]);
-        let share = found / (rate * degree);
-        assert!((share - 1.0).abs() < 0.1, "{plant}, {command}: {share}");
-        assert!(forward > 0.8 * speed, "{plant}, {command}: {forward} m/s");
+    for degrees in [10, 30] {
+        let rate = f64::from(degrees).to_radians();
+        let [left, right] = ["", "-"].map(|sign| turned(&format!("{sign}{degrees} deg/s")));
+        for (found, command) in [(&left, rate), (&right, -rate)] {
+            let [share, forward] = [found[0] / command, found[1] / speed];
+            assert!((share - 1.0).abs() < 0.1, "{plant}, {command}: {share}");
+            assert!(forward > 0.8, "{plant}, {command}: {forward} of the speed");
+        }
+        let difference = (left[0] + right[0]) / rate;
+        assert!(difference.abs() < 0.05, "{plant}, {rate}: {difference}");
     }
-    for (command, velocity) in [("4 cm/s", 0.04), ("-4 cm/s", -0.04)] {
-        let value = format!("'{command}'");
-        let [found, _, left] = measured(plant, &[("controller.sidestep", &value)]);
-        println!("{plant} {command}: {found} rad/s {left} m/s");
-        assert!(
-            (left / velocity - 1.0).abs() < 0.3,
-            "{plant}, {command}: {left}"
-        );
-        assert!(found.abs() < 0.06, "{plant}, {command}: {found} rad/s");
+    for (command, velocity) in [("5 cm/s", 0.05), ("-5 cm/s", -0.05)] {
+        let file = "oncilla-sidestep.toml";
+        let [found, _, left] = measured(plant, file, "controller.sidestep", command);
+        let share = left / velocity;
+        assert!((share - 1.0).abs() < 0.2, "{plant}, {command}: {share}");
+        assert!(found.abs() < 0.05, "{plant}, {command}: {found} rad/s");
     }
 }

@@ -216,7 +216,21 @@ impl LegKind {
         let bottomed = leg.knee_bottomed()?;
         let wound = (leg.cable_length(0.0) - leg.cable_of_knee(bottomed)) / leg.pulley_radius();
         let keys = format!("{} {}", self.keys(false), self.key("diagonal_min"));
-        Ok(vec![
+        let joint = self.leg.abduction.map(|joint| {
+            let ends = [-joint.adduction_max, joint.abduction_max];
+            let keys = ["adduction_max", "abduction_max"];
+            let keys = keys.map(|end| self.key(&format!("abduction.{end}")));
+            Fact::new(
+                "abduction_range",
+                "abduction",
+                ends,
+                Unit::Radian,
+                &keys.join(" "),
+            )
+            .with_note("inwards … outwards")
+        });
+        let mut facts = Vec::from_iter(joint);
+        facts.extend([
             Fact::new("hip_range", "hip q1", [], Unit::Radian, "").with_note("not limited"),
             Fact::new(
                 "knee_range",
@@ -242,7 +256,8 @@ impl LegKind {
                 &format!("{keys} {}", self.key("pulley_radius")),
             )
             .with_note("extended … bottomed out"),
-        ])
+        ]);
+        Ok(facts)
     }
 
     fn masses(&self) -> Vec<Fact> {

@@ -81,6 +81,10 @@ fn oncilla_is_cheetah_cub_at_another_scale() {
             assert!(is_near, "{key}: {found}, expected {}", value * scale);
         }
     }
+    let range = &fact(&large, "abduction_range").value;
+    assert_eq!(range[..], [-15.0_f64, 25.0].map(f64::to_radians));
+    let locked = small.sections.iter().flat_map(|section| &section.facts);
+    assert!(locked.into_iter().all(|fact| fact.key != "abduction_range"));
     // Comments of the file: 569 mN·m × 14, and 1166 rpm.
     near(&large, "hip_motor_stall", 0.569 * 14.0, 2e-3);
     near(
