@@ -39,11 +39,11 @@
 //! coordinates legs are chains of hinges. In both, the rods of the pantograph are massless springs,
 //! and stops are limits of joints or of lengths. A cable has two branches, from hip to ankle and
 //! from a pulley in the world to its anchor, whose sum is limited from above: it pulls and does not
-//! push. Legs that abduct are carried by a body without mass, on a hinge along the trunk whose range
-//! are the stops. A servo is a clutch between its joint and a heavy flywheel that turns at the
-//! requested rate; the clutch slips at the torque that the servo has at its rate (thesis, eq. 2.20).
-//! A motor is its torque, with its damping c as an inertia of h c/2, which makes it implicit for
-//! constraints, too.
+//! push. Legs that abduct are carried by a body without mass, on a hinge along the trunk whose
+//! range are the stops. A servo is a clutch between its joint and a heavy flywheel that turns at
+//! the requested rate; the clutch slips at the torque that the servo has at its rate (thesis, eq.
+//! 2.20). A motor is its torque, with its damping c as an inertia of h c/2, which makes it
+//! implicit for constraints, too.
 //!
 //! # Settings
 //!
