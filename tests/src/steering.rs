@@ -40,7 +40,7 @@ pub fn assert_steers(plant: &str) {
     let turned = |command: &str| measured(plant, "oncilla-turn.toml", "controller.turn", command);
     let [straight, speed, _] = turned("0 deg/s");
     assert!(straight.abs() < 0.03, "{plant}: {straight} rad/s");
-    for degrees in [10, 30] {
+    for degrees in [10, 20, 30] {
         let rate = f64::from(degrees).to_radians();
         let [left, right] = ["", "-"].map(|sign| turned(&format!("{sign}{degrees} deg/s")));
         for (found, command) in [(&left, rate), (&right, -rate)] {

@@ -211,25 +211,28 @@ impl LegKind {
         Ok(facts)
     }
 
+    /// Returns the range of the joint of abduction, if the leg has one.
+    fn abduction(&self) -> Option<Fact> {
+        let joint = self.leg.abduction?;
+        let ends = [-joint.adduction_max, joint.abduction_max];
+        let keys = ["adduction_max", "abduction_max"];
+        let keys = keys.map(|end| self.key(&format!("abduction.{end}")));
+        let fact = Fact::new(
+            "abduction_range",
+            "abduction",
+            ends,
+            Unit::Radian,
+            &keys.join(" "),
+        );
+        Some(fact.with_note("inwards … outwards"))
+    }
+
     fn ranges(&self) -> Result<Vec<Fact>, LegError> {
         let leg = &self.pantograph;
         let bottomed = leg.knee_bottomed()?;
         let wound = (leg.cable_length(0.0) - leg.cable_of_knee(bottomed)) / leg.pulley_radius();
         let keys = format!("{} {}", self.keys(false), self.key("diagonal_min"));
-        let joint = self.leg.abduction.map(|joint| {
-            let ends = [-joint.adduction_max, joint.abduction_max];
-            let keys = ["adduction_max", "abduction_max"];
-            let keys = keys.map(|end| self.key(&format!("abduction.{end}")));
-            Fact::new(
-                "abduction_range",
-                "abduction",
-                ends,
-                Unit::Radian,
-                &keys.join(" "),
-            )
-            .with_note("inwards … outwards")
-        });
-        let mut facts = Vec::from_iter(joint);
+        let mut facts = Vec::from_iter(self.abduction());
         facts.extend([
             Fact::new("hip_range", "hip q1", [], Unit::Radian, "").with_note("not limited"),
             Fact::new(
