@@ -19,6 +19,11 @@ use crate::limb::Limb;
 /// `sidestep` to the left and `turn` about z, so that a foot at (x, y) of the trunk moves at −(v −
 /// ω y, s + ω x) in stance: its step is L − ω y T long and (s + ω x) T wide. Of a foot, (x, y) is
 /// that at mid-stance.
+///
+/// With [`Abduction::Capture`] a foot touches down farther to the left, by `capture` \[s\] times
+/// the measured velocity of the trunk to the left, less `sidestep`; in stance this shift is held. A
+/// mass on mass-less legs of the length h stops above the foot for `capture` = √(h/g), the capture
+/// point of the linear inverted pendulum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Abduction {
     /// No abduction signals; any `splay` other than 0 is rejected.
@@ -29,11 +34,14 @@ pub enum Abduction {
     /// Feet step to the side, by `turn`, `sidestep` and `lateral_offset/X`; mid-stance is at
     /// `splay`.
     Steer,
+    /// As [`Abduction::Steer`], and a foot that swings is placed by the motion of the trunk to the
+    /// side, too.
+    Capture,
 }
 
 impl Abduction {
     /// All modes.
-    pub const ALL: [Self; 3] = [Self::None, Self::Hold, Self::Steer];
+    pub const ALL: [Self; 4] = [Self::None, Self::Hold, Self::Steer, Self::Capture];
 
     /// Name in scenarios.
     pub const fn name(self) -> &'static str {
@@ -41,7 +49,13 @@ impl Abduction {
             Self::None => "none",
             Self::Hold => "hold",
             Self::Steer => "steer",
+            Self::Capture => "capture",
         }
+    }
+
+    /// Whether feet step to the side.
+    pub(crate) fn steers(self) -> bool {
+        matches!(self, Self::Steer | Self::Capture)
     }
 
     /// The process variable `splay`.
@@ -64,9 +78,22 @@ impl Abduction {
         variable: &ProcessVariable,
         value: f64,
     ) -> Result<(), VariableError> {
-        if self != Self::Steer && value != 0.0 {
+        if !self.steers() && value != 0.0 {
             let why = "feet do not step to the side: set `abduction = \"steer\"`";
             return Err(refused(variable, value, why));
+        }
+        Ok(())
+    }
+
+    /// Checks a new value of `capture` \[s\].
+    pub(crate) fn check_capture(
+        self,
+        capture: &ProcessVariable,
+        value: f64,
+    ) -> Result<(), VariableError> {
+        if self != Self::Capture && value != 0.0 {
+            let why = "the velocity of the trunk is not measured: set `abduction = \"capture\"`";
+            return Err(refused(capture, value, why));
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCu
 /// Open-loop gait controller of the thesis, section 3.2: coupled oscillators → duty map → foot
 /// locus → inverse kinematics, for every leg.
 ///
-/// No inputs; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs,
+/// No inputs but those of [`Abduction::Capture`], `body/velocity` and `body/rpy`; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs,
 /// then, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each of these, then,
 /// with [`Cpg::with_phase_output`], `leg/X/phase` \[rad\] for each of these, then, with
 /// [`Cpg::with_frequency_of`], `leg/X/frequency` \[Hz\] for one leg. All legs of the robot have an
@@ -46,6 +46,7 @@ use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCu
 /// | `lateral_offset/X` | m | to the leg's length | –, place of the foot to the left (6) |
 /// | `dead_band` | rad | 0 to 0.2 | –, half-width of that of the servos of abduction (6) (7) |
 /// | `lead` | s | 0 to 0.2 | –, time by which commands of abduction are ahead of the phase (6) |
+/// | `capture` | s | 0 to 1 | –, shift of a step to the side by the trunk's velocity (8) |
 ///
 /// 1. A hip that is lower than the shortest leg is out of reach.
 /// 2. Wider here, since gaits with negative offsets run well.
@@ -54,6 +55,7 @@ use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCu
 /// 5. A sum below 0 counts as 0.
 /// 6. With [`Abduction::Steer`].
 /// 7. Commands are ahead of the motion by it: a servo stops at its border.
+/// 8. With [`Abduction::Capture`].
 ///
 /// A change takes full effect at the next step: the target jumps with the locus, as in the thesis'
 /// experiment on step length. Only a phase difference sets in gradually, through the coupling.
@@ -225,7 +227,7 @@ impl Cpg {
     /// Enables abduction commands.
     ///
     /// # Errors
-    /// [`Abduction::Steer`] of a leg without a joint of abduction.
+    /// [`Abduction::Steer`] or [`Abduction::Capture`] of a leg without a joint of abduction.
     pub fn with_abduction(mut self, abduction: Abduction) -> Result<Self, GaitError> {
         self.legs.enable_abduction(abduction)?;
         Ok(self)
@@ -271,6 +273,11 @@ impl Cpg {
         self.legs.out_of_reach()
     }
 
+    /// Number of outputs, each with one value.
+    pub(crate) fn output_count(&self) -> usize {
+        self.legs.outputs().count()
+    }
+
     /// Phase Θ in `[0, 2π]` of the locus of the leg with index `leg` in the robot.
     pub fn phase(&self, leg: usize) -> f64 {
         let end = self.legs.limbs[leg].corner.end();
@@ -284,7 +291,7 @@ impl Process for Cpg {
     }
 
     fn ports(&self) -> Vec<Port> {
-        self.legs.outputs().collect()
+        self.legs.inputs().chain(self.legs.outputs()).collect()
     }
 
     fn is_monitor(&self, output: &str) -> bool {
@@ -310,7 +317,7 @@ impl Process for Cpg {
         Ok(())
     }
 
-    fn step(&mut self, elapsed: SimDuration, _inputs: &[f64], outputs: &mut [f64]) {
+    fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         let seconds = elapsed.as_secs_f64();
         let PhaseVariables {
             frequency,
@@ -324,7 +331,7 @@ impl Process for Cpg {
             duty: &self.duty,
             frequency,
         };
-        self.legs.step(seconds, &phases, outputs);
+        self.legs.step(seconds, &phases, inputs, outputs);
     }
 
     fn save(&self) -> Snapshot {

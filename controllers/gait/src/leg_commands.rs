@@ -6,9 +6,11 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, SnapshotError, Unit, signal};
 use twinrig_runtime::{Limit, LimitViolation, ProcessVariable, VariableError};
 
+use crate::capture::{self, Shift};
 use crate::limb::Limb;
 use crate::phase_meter::PhaseMeter;
 use crate::phases::Phases;
+use crate::steering::Aside;
 use crate::variables::{LocusVariables, Variables};
 use crate::{Abduction, FootLocus, GaitError, StanceCurve};
 
@@ -49,6 +51,8 @@ pub(crate) struct LegState {
     age: f64,
     /// Targets out of reach of each leg of the robot.
     out_of_reach: Vec<OutOfReach>,
+    /// Shift of the foot of each leg of the robot.
+    shifts: Vec<Shift>,
     meter: PhaseMeter,
 }
 
@@ -92,6 +96,7 @@ impl LegCommands {
             stance: StanceCurve::default(),
             state: LegState {
                 out_of_reach: vec![OutOfReach::default(); limbs.len()],
+                shifts: vec![Shift::default(); limbs.len()],
                 ..LegState::default()
             },
             limbs,
@@ -113,7 +118,7 @@ impl LegCommands {
     /// Enables abduction commands; steps to the side need joints of abduction.
     pub(crate) fn enable_abduction(&mut self, abduction: Abduction) -> Result<(), GaitError> {
         self.abduction = abduction;
-        if abduction != Abduction::Steer {
+        if !abduction.steers() {
             return Ok(());
         }
         if let Some((_, limb)) = self.active().find(|(_, limb)| !limb.abducts()) {
@@ -174,6 +179,21 @@ impl LegCommands {
         limbs.filter(|(_, limb)| limb.active)
     }
 
+    /// Inputs of steps that capture the trunk.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = Port> + use<> {
+        let captures = self.abduction == Abduction::Capture;
+        captures.then(capture::ports).into_iter().flatten()
+    }
+
+    /// Number of their values.
+    pub(crate) fn input_count(&self) -> usize {
+        if self.abduction == Abduction::Capture {
+            capture::INPUTS
+        } else {
+            0
+        }
+    }
+
     /// Outputs: commands of hips and knees, of abductions, phases, distances of the targets from
     /// the reach, and a mean phase rate.
     pub(crate) fn outputs(&self) -> impl Iterator<Item = Port> {
@@ -217,6 +237,9 @@ impl LegCommands {
         if self.of_locus.is_of_steering(index, self.limbs.len()) {
             self.abduction.check_steering(variable, value)?;
         }
+        if index == self.of_locus.capture {
+            self.abduction.check_capture(variable, value)?;
+        }
         let before = variable.value();
         variable.set(value)?;
         let loci = loci(&self.of_locus, &self.variables, self.stance);
@@ -235,11 +258,17 @@ impl LegCommands {
         }
     }
 
-    /// Writes all outputs at the end of a step of `seconds`.
+    /// Writes all outputs at the end of a step of `seconds`, with the values of [`Self::inputs`].
     #[inline]
-    pub(crate) fn step(&mut self, seconds: f64, phases: &impl Phases, outputs: &mut [f64]) {
+    pub(crate) fn step(
+        &mut self,
+        seconds: f64,
+        phases: &impl Phases,
+        inputs: &[f64],
+        outputs: &mut [f64],
+    ) {
         self.state.age += seconds;
-        let rest = self.write_drives(phases, outputs);
+        let rest = self.write_drives(phases, inputs, outputs);
         let rest = self.write_abductions(rest);
         let rest = self.write_phases(phases, rest);
         let rest = self.write_reaches(rest);
@@ -263,7 +292,12 @@ impl LegCommands {
     /// Writes the commands of hips and knees; returns the rest of the outputs, as all of these
     /// functions.
     #[inline]
-    fn write_drives<'o>(&mut self, phases: &impl Phases, outputs: &'o mut [f64]) -> &'o mut [f64] {
+    fn write_drives<'o>(
+        &mut self,
+        phases: &impl Phases,
+        inputs: &[f64],
+        outputs: &'o mut [f64],
+    ) -> &'o mut [f64] {
         let fraction = self.ramp_fraction();
         let lowered;
         let loci = if fraction < 1.0 {
@@ -273,8 +307,10 @@ impl LegCommands {
         } else {
             &self.loci
         };
-        let steering = (self.abduction == Abduction::Steer)
-            .then(|| self.of_locus.steering(&self.variables, fraction));
+        let steering = self.abduction.steers().then(|| {
+            let left = capture::velocity_left(inputs);
+            self.of_locus.steering(&self.variables, fraction, left)
+        });
         let mut abducted = self.abducted.iter_mut();
         let mut rest = outputs;
         for (leg, limb) in self.limbs.iter().enumerate() {
@@ -286,8 +322,13 @@ impl LegCommands {
             let locus = &loci[end];
             let (command, beyond_m);
             if let (Some(steering), Some(angle)) = (&steering, abducted.next()) {
-                let offset = self.of_locus.lateral_offset(&self.variables, leg);
-                let placement = steering.placement(leg, limb, phases, locus, step_length, offset);
+                let shift = &mut self.state.shifts[leg];
+                shift.aim(phases.phase(leg, end), steering.capture_m);
+                let aside = Aside {
+                    offset: self.of_locus.lateral_offset(&self.variables, leg),
+                    shift: *shift,
+                };
+                let placement = steering.placement(leg, limb, phases, locus, step_length, aside);
                 *angle = placement.angle;
                 let (drives, short_m) = limb.command(placement.target);
                 (command, beyond_m) = (drives, short_m.max(placement.beyond_m));
@@ -306,7 +347,7 @@ impl LegCommands {
     fn write_abductions<'o>(&self, outputs: &'o mut [f64]) -> &'o mut [f64] {
         let count = self.abduction.of(&self.limbs).count();
         let (abductions, rest) = outputs.split_at_mut(count);
-        if self.abduction == Abduction::Steer {
+        if self.abduction.steers() {
             abductions.copy_from_slice(&self.abducted);
         } else {
             let splay = self.value(self.of_locus.splay);
@@ -354,8 +395,9 @@ impl LegCommands {
         if values.len() != self.variables.len() {
             return Err(self.mismatch(format!("one of {} variables", values.len())));
         }
-        if state.out_of_reach.len() != self.limbs.len() {
-            return Err(self.mismatch(format!("one of {} legs", state.out_of_reach.len())));
+        let legs = [state.out_of_reach.len(), state.shifts.len()];
+        if legs != [self.limbs.len(); 2] {
+            return Err(self.mismatch(format!("one of {legs:?} legs")));
         }
         let mut variables = self.variables.clone();
         for (variable, value) in variables.iter_mut().zip(values) {

@@ -57,7 +57,8 @@ impl LoadSignal {
         Port::input(self.name.replace(LEG, leg), Unit::Newton, self.size())
     }
 
-    fn size(&self) -> usize {
+    /// Number of its components.
+    pub(crate) fn size(&self) -> usize {
         self.component.map_or(1, |_| FORCE)
     }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::FootLocus;
+use crate::capture::{Shift, swing_share};
 use crate::limb::Limb;
 use crate::phases::Phases;
 
@@ -19,6 +20,17 @@ pub(crate) struct Steering {
     pub(crate) dead_band: f64,
     /// Time by which a servo lags behind its command \[s\].
     pub(crate) lead: f64,
+    /// Shift of feet that swing, to the left \[m\].
+    pub(crate) capture_m: f64,
+}
+
+/// Place of a foot to the side, beside that of its steps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Aside {
+    /// Constant, to the left of the place of `splay` \[m\].
+    pub(crate) offset: f64,
+    /// By the motion of the trunk.
+    pub(crate) shift: Shift,
 }
 
 /// Target of a foot that steps to the side.
@@ -34,7 +46,7 @@ pub(crate) struct Placement {
 
 impl Steering {
     /// Returns the placement of the foot of the leg with this index. Straight steps follow `locus`
-    /// with `step_length`; `offset` is to the left, beside the place of `splay` \[m\].
+    /// with `step_length`.
     #[inline(never)]
     pub(crate) fn placement(
         &self,
@@ -43,13 +55,13 @@ impl Steering {
         phases: &impl Phases,
         locus: &FootLocus,
         step_length: f64,
-        offset: f64,
+        aside: Aside,
     ) -> Placement {
         let (end, frequency) = (limb.corner.end(), phases.frequency());
         let stance_s = phases.stance_share(end) / frequency;
         // A foot that does not pass its cycle does not step.
         let stance_s = if stance_s.is_finite() { stance_s } else { 0.0 };
-        let step = self.step(limb, locus.mid_stance(), offset, stance_s);
+        let step = self.step(limb, locus.mid_stance(), aside, stance_s);
         let phase = phases.phase(leg, end);
         let locus = locus.with_step_length(step_length + step.lengthening);
         let [x, height] = locus.point(phase);
@@ -67,14 +79,15 @@ impl Steering {
 
     /// Returns the step of a foot that is at [x, z] from the hip at mid-stance, and stands for a
     /// time \[s\].
-    fn step(&self, limb: &Limb, [x, z]: [f64; 2], offset: f64, stance_s: f64) -> Step {
+    fn step(&self, limb: &Limb, [x, z]: [f64; 2], aside: Aside, stance_s: f64) -> Step {
         let outwards = if limb.corner.left { 1.0 } else { -1.0 };
-        let middle = limb.place_aside(outwards * self.splay, z) + offset;
+        let middle = limb.place_aside(outwards * self.splay, z) + aside.offset;
         let [hip_x, hip_y, _] = limb.hip;
         Step {
             middle,
             lengthening: -(self.turn * (hip_y + middle) * stance_s),
             width: (self.sidestep + self.turn * (hip_x + x)) * stance_s,
+            shift: aside.shift,
         }
     }
 }
@@ -87,6 +100,7 @@ struct Step {
     /// Length that turning adds, and width \[m\].
     lengthening: f64,
     width: f64,
+    shift: Shift,
 }
 
 impl Step {
@@ -95,22 +109,22 @@ impl Step {
     fn place(&self, phase: f64) -> f64 {
         let half_turns = phase * (1.0 / PI);
         let share = if half_turns < 1.0 {
-            half_turns * half_turns * (3.0 - 2.0 * half_turns) - 0.5
+            swing_share(phase) - 0.5
         } else {
             1.5 - half_turns
         };
-        self.middle + self.width * share
+        self.middle + self.width * share + self.shift.at(phase)
     }
 
     /// Returns the direction in which the foot moves as phase Θ increases: 1 to the left, −1 to the
     /// right, 0 for a step without width.
     fn direction(&self, phase: f64) -> f64 {
-        let in_swing = if phase < PI { 1.0 } else { -1.0 };
-        if self.width == 0.0 {
-            0.0
+        let way = if phase < PI {
+            self.width + self.shift.change()
         } else {
-            in_swing * self.width.signum()
-        }
+            -self.width
+        };
+        if way == 0.0 { 0.0 } else { way.signum() }
     }
 }
 
@@ -124,6 +138,7 @@ mod tests {
             middle: 0.01,
             lengthening: 0.0,
             width: 0.04,
+            shift: Shift::default(),
         };
         let ends = [0.0, PI, 2.0 * PI].map(|phase| step.place(phase));
         for (end, expected) in ends.into_iter().zip([-0.01, 0.03, -0.01]) {

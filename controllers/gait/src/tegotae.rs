@@ -359,7 +359,8 @@ impl Process for Tegotae {
             .legs
             .active()
             .map(|(_, limb)| self.load.port(&limb.name));
-        loads.chain(self.legs.outputs()).collect()
+        let inputs = loads.chain(self.legs.inputs());
+        inputs.chain(self.legs.outputs()).collect()
     }
 
     fn is_monitor(&self, output: &str) -> bool {
@@ -381,12 +382,13 @@ impl Process for Tegotae {
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
         let seconds = elapsed.as_secs_f64();
         let excitation = self.legs.value(self.of_phases.excitation);
-        self.advance(seconds, excitation, inputs);
+        let (loads, of_trunk) = inputs.split_at(inputs.len() - self.legs.input_count());
+        self.advance(seconds, excitation, loads);
         let phases = TegotaePhases {
             phases: &self.state.phases,
             excitation,
         };
-        self.legs.step(seconds, &phases, outputs);
+        self.legs.step(seconds, &phases, of_trunk, outputs);
     }
 
     fn save(&self) -> Snapshot {

@@ -71,7 +71,7 @@ fn variables_are_those_of_table_3_3_for_fore_and_hind() {
     expected.extend(LEGS.map(|leg| format!("step_length_offset/{leg}")));
     expected.extend(["turn", "sidestep"].map(str::to_owned));
     expected.extend(LEGS.map(|leg| format!("lateral_offset/{leg}")));
-    expected.extend(["dead_band", "lead"].map(str::to_owned));
+    expected.extend(["dead_band", "lead", "capture"].map(str::to_owned));
     assert_eq!(names, expected);
 }
 
@@ -251,7 +251,7 @@ fn values_out_of_range_are_rejected_without_effect() {
         cpg.set_variable(99, 0.0),
         Err(VariableError::NoSuchIndex {
             index: 99,
-            count: 36
+            count: 37
         })
     );
     assert_eq!(cpg.save(), before);

@@ -15,7 +15,7 @@ const ENDS: [&str; 2] = ["fore", "hind"];
 /// Keys of the variables in the order in which a controller has them. The place of a variable in
 /// the list of its controller enters the fingerprint of a run that changes it: a new key comes
 /// last.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "frequency",
     "excitation",
     "step_length",
@@ -40,6 +40,7 @@ const ORDER: [&str; 24] = [
     "lateral_offset",
     "dead_band",
     "lead",
+    "capture",
 ];
 
 /// Process variables of a controller.
@@ -103,6 +104,7 @@ pub(crate) struct LocusVariables {
     lateral_offset: usize,
     dead_band: usize,
     lead: usize,
+    pub capture: usize,
 }
 
 impl LocusVariables {
@@ -162,6 +164,8 @@ impl LocusVariables {
         variables.add(dead_band);
         let leads = 0.0..=Self::LEAD_MAX;
         variables.add(ProcessVariable::new("lead", Unit::Second, leads, 0.0));
+        let times = 0.0..=Self::CAPTURE_MAX;
+        variables.add(ProcessVariable::new("capture", Unit::Second, times, 0.0));
     }
 
     /// Greatest half-width of the dead band of a servo \[rad\].
@@ -169,6 +173,9 @@ impl LocusVariables {
 
     /// Greatest lead \[s\].
     const LEAD_MAX: f64 = 0.2;
+
+    /// Greatest shift of a foot by a velocity of the trunk \[s\]: that of a pendulum of 10 m.
+    const CAPTURE_MAX: f64 = 1.0;
 
     /// Greatest rate of turning: a quarter of a turn in a second \[rad/s\].
     const TURN_MAX: f64 = FRAC_PI_2;
@@ -193,6 +200,7 @@ impl LocusVariables {
             lateral_offset: index("lateral_offset"),
             dead_band: index("dead_band"),
             lead: index("lead"),
+            capture: index("capture"),
         }
     }
 
@@ -210,15 +218,23 @@ impl LocusVariables {
         common.contains(&index) || offsets.contains(&index)
     }
 
-    /// Steps to the side, by a fraction of the motion that is set.
-    pub(crate) fn steering(&self, variables: &[ProcessVariable], fraction: f64) -> Steering {
+    /// Steps to the side, by a fraction of the motion that is set, of a trunk that moves to the left
+    /// with a velocity \[m/s\].
+    pub(crate) fn steering(
+        &self,
+        variables: &[ProcessVariable],
+        fraction: f64,
+        left: f64,
+    ) -> Steering {
         let value = |index: usize| variables[index].value();
+        let capture = fraction * value(self.capture);
         Steering {
             splay: value(self.splay),
             turn: fraction * value(self.turn),
             sidestep: fraction * value(self.sidestep),
             dead_band: value(self.dead_band),
             lead: value(self.lead),
+            capture_m: capture * (left - fraction * value(self.sidestep)),
         }
     }
 

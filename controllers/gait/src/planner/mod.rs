@@ -119,7 +119,7 @@ impl Planner {
             .filter(|(_, limb)| limb.active)
             .collect();
         Ok(Self {
-            outputs: gait.ports().len(),
+            outputs: gait.output_count(),
             gait,
             offsets: limbs.iter().map(|(leg, _)| first + leg).collect(),
             state: State::new(limbs.len()),
@@ -234,7 +234,8 @@ impl Process for Planner {
     }
 
     fn step(&mut self, elapsed: SimDuration, inputs: &[f64], outputs: &mut [f64]) {
-        let (angles, loads) = inputs.split_at(SEGMENTS * self.limbs.len());
+        let (angles, inputs) = inputs.split_at(SEGMENTS * self.limbs.len());
+        let (loads, of_gait) = inputs.split_at(self.load.size() * self.limbs.len());
         let angles = angles.chunks_exact(SEGMENTS);
         let legs = self.limbs.iter().zip(angles).zip(self.load.values(loads));
         for (foot, (((_, limb), angles), load)) in self.feet.iter_mut().zip(legs) {
@@ -251,8 +252,8 @@ impl Process for Planner {
         if change != before {
             self.change_steps(change);
         }
-        let (of_gait, own) = outputs.split_at_mut(self.outputs);
-        self.gait.step(elapsed, &[], of_gait);
+        let (commands, own) = outputs.split_at_mut(self.outputs);
+        self.gait.step(elapsed, of_gait, commands);
         own.copy_from_slice(&[self.state.travelled(&plan), change]);
     }
 

@@ -3,12 +3,13 @@
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
+use twinrig_kernel::{Direction, Port};
 use twinrig_robot::leg::{LegCommand, Pantograph};
 use twinrig_robot::{Abduction as Joint, Robot};
 use twinrig_runtime::{Process, VariableError};
 
 use super::{LEGS, PERIOD, cpg, index, run, set};
-use crate::{Abduction, Cpg, Gait, GaitError, Tegotae};
+use crate::{Abduction, Cpg, Gait, GaitError, Planner, Tegotae};
 
 /// A robot whose legs abduct about axes beside and above the hips.
 fn robot() -> Robot {
@@ -193,6 +194,57 @@ fn commands_are_ahead_by_the_lead() {
     assert_leads(&tegotae);
 }
 
+/// Feet of a controller with `others` inputs before those of the trunk are placed to the left by a
+/// velocity to the left, and stay where they are in stance.
+fn assert_captures(controller: &(impl Process + Clone), others: usize) {
+    let robot = robot();
+    let feet = |capture: f64, velocity: f64, yaw: f64| {
+        let mut controller = controller.clone();
+        set(&mut controller, "ramp", 0.0);
+        set(&mut controller, "sidestep", 0.02);
+        set(&mut controller, "capture", capture);
+        let mut inputs = vec![0.0; others];
+        let [x, y] = [-libm::sin(yaw), libm::cos(yaw)].map(|share| share * velocity);
+        inputs.extend([x, y, 0.0, 0.0, 0.0, yaw]);
+        let ports = controller.ports();
+        let is_output = |port: &&Port| port.direction == Direction::Output;
+        let mut outputs = vec![0.0; ports.iter().filter(is_output).count()];
+        let rows = (0..500).map(|_| {
+            controller.step(PERIOD, &inputs, &mut outputs);
+            [0, 1, 2, 3].map(|leg| foot(&robot, leg, &outputs))
+        });
+        rows.collect::<Vec<_>>()
+    };
+    let (plain, moved) = (feet(0.0, 0.22, 0.0), feet(0.1, 0.22, 0.0));
+    // The last of the steps are over a cycle after the first.
+    for (plain, moved) in plain.iter().zip(&moved).skip(300) {
+        for (plain, moved) in plain.iter().zip(moved) {
+            // 0.1 s × (0.22 − 0.02) m/s.
+            let shift = moved[1] - plain[1];
+            assert!((shift - 0.02).abs() < 1e-12, "{shift}");
+            assert!((moved[2] - plain[2]).abs() < 1e-12);
+        }
+    }
+    // Velocities are across the heading, not of the world.
+    for (row, turned) in moved.iter().zip(feet(0.1, 0.22, 2.0)) {
+        for (foot, turned) in row.iter().zip(turned) {
+            assert!((foot[1] - turned[1]).abs() < 1e-12);
+        }
+    }
+}
+
+#[test]
+fn feet_capture_a_motion_to_the_side() {
+    let capture = Abduction::Capture;
+    let cpg = Cpg::new(&robot(), &LEGS, Gait::Trot).unwrap();
+    let cpg = cpg.with_abduction(capture).unwrap();
+    assert_captures(&cpg, 0);
+    let planner = Planner::new(&robot(), &LEGS, cpg).unwrap();
+    assert_captures(&planner, 16);
+    let tegotae = Tegotae::new(&robot(), &LEGS, Gait::Trot, 1).unwrap();
+    assert_captures(&tegotae.with_abduction(capture).unwrap(), 4);
+}
+
 /// Steps to the side grow over the ramp, as all steps.
 #[test]
 fn steps_grow_over_the_ramp() {
@@ -260,4 +312,8 @@ fn steps_to_the_side_are_refused_without_steering_or_joints() {
         );
         hold.set_variable(at, 0.0).unwrap();
     }
+    let mut unmeasured = steering();
+    let capture = index(&unmeasured, "capture");
+    let refused = unmeasured.set_variable(capture, 0.1);
+    assert!(matches!(refused, Err(VariableError::Refused { .. })));
 }

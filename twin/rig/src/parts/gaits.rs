@@ -245,7 +245,8 @@ fn stance_curve(context: &ControllerContext<'_>) -> StanceCurve {
 
 /// Option of the modes of abduction.
 fn abducting(modes: &[Abduction]) -> OptionSpec {
-    let about = "also command the hip-abduction servos: `hold` by `splay`, `steer` by steps to the side, too";
+    let about = "also command the hip-abduction servos: `hold` by `splay`, `steer` by steps to the side, too, \
+                 `capture` by these and the motion of the trunk to the side";
     let names: Vec<_> = modes.iter().map(|mode| mode.name()).collect();
     choice("abduction", about, &names)
 }
