@@ -30,6 +30,7 @@ examples! {
     "leg-drop"
     "obstacle"
     "oncilla-clocks"
+    "oncilla-push"
     "oncilla-sidestep"
     "oncilla-trot"
     "oncilla-turn"
