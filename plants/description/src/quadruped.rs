@@ -10,7 +10,7 @@ use twinrig_document::Problem;
 use crate::tree::{Freedom, Inertial, Tree};
 pub(crate) use bend::Bend;
 use chain::{Chain, chains};
-pub(crate) use leg::Leg;
+pub(crate) use leg::{Abduction, Leg};
 
 /// A quadruped, in the frame of its centre of mass.
 #[derive(Debug)]
@@ -38,9 +38,6 @@ pub(crate) fn quadruped(tree: Tree) -> Result<Quadruped, Problem> {
     for chain in &chains {
         trunk = trunk.with(&chain.abducting);
     }
-    if chains.iter().any(|chain| chain.abducts) {
-        notes.push("the joints of hip abduction are locked at zero".to_owned());
-    }
     if trunk.mass <= 0.0 {
         let message = "the trunk has no mass";
         return Err(Problem::at(&tree.bodies[root].place, message, ""));
@@ -51,13 +48,30 @@ pub(crate) fn quadruped(tree: Tree) -> Result<Quadruped, Problem> {
     if products.into_iter().fold(0.0, f64::max) > PRODUCT_UNSAID * greatest {
         notes.push("products of inertia of the trunk are left out".to_owned());
     }
-    let legs = named(&tree, &chains, trunk.centre, &mut notes)?;
+    let mut legs = named(&tree, &chains, trunk.centre, &mut notes)?;
+    abductions(&chains, &mut legs, &mut notes);
     Ok(Quadruped {
         trunk,
         size: tree.bodies[root].size,
         legs,
         notes,
     })
+}
+
+/// Keeps the joints of abduction if all legs have them, and says otherwise.
+fn abductions(chains: &[Chain], legs: &mut [Leg], notes: &mut Vec<String>) {
+    if chains.iter().all(|chain| chain.abductions.is_empty()) {
+        return;
+    }
+    if !legs.iter().all(|leg| leg.abduction.is_some()) {
+        for leg in legs {
+            leg.abduction = None;
+        }
+        notes.push("the joints of hip abduction are locked at zero".to_owned());
+    }
+    if chains.iter().any(|chain| chain.abducting.mass > 0.0) {
+        notes.push("the mass of parts that abduct above the hip is that of the trunk".to_owned());
+    }
 }
 
 /// Returns the index of the trunk: the root, or the only body that moves freely from a root without

@@ -6,7 +6,7 @@ mod lines;
 mod scaled;
 
 use twinrig_kernel::Unit;
-use twinrig_robot::RobotError;
+use twinrig_robot::{RobotError, Servo};
 
 use crate::quadruped::{Leg, Quadruped};
 use leg::leg_lines;
@@ -171,28 +171,38 @@ fn kinds(robot: &Quadruped, scale: &Scale) -> Vec<(String, Lines)> {
 }
 
 fn drives(robot: &Quadruped, scale: &Scale, lines: &mut Lines) {
-    let legs = &robot.legs;
-    for (index, joint) in ["hip", "knee"].into_iter().enumerate() {
-        let servo = scale.servo(index);
+    type Of = fn(&Leg) -> Option<f64>;
+    let joints: [(&str, Servo, Of, Of); 3] = [
+        (
+            "hip",
+            scale.servo(0),
+            |leg| leg.torque[0],
+            |leg| leg.speed[0],
+        ),
+        (
+            "knee",
+            scale.servo(1),
+            |leg| leg.torque[1],
+            |leg| leg.speed[1],
+        ),
+        (
+            "abduction",
+            scale.servo(0),
+            |leg| leg.abduction.as_ref()?.torque,
+            |leg| leg.abduction.as_ref()?.speed,
+        ),
+    ];
+    let abducts = robot.legs.iter().any(|leg| leg.abduction.is_some());
+    for (joint, servo, torque, speed) in joints {
+        if joint == "abduction" && !abducts {
+            continue;
+        }
         // Drives of all legs are equal in a robot file: the weakest is taken.
-        let least = |of: fn(&Leg) -> [Option<f64>; 2]| {
-            legs.iter()
-                .filter_map(|leg| of(leg)[index])
-                .min_by(f64::total_cmp)
-        };
+        let least = |of: Of| robot.legs.iter().filter_map(of).min_by(f64::total_cmp);
         lines.raw(&format!("\n[actuator.{joint}]"));
-        lines.either(
-            "torque",
-            least(|leg| leg.torque),
-            servo.torque,
-            Unit::NewtonMeter,
-        );
-        lines.either(
-            "speed",
-            least(|leg| leg.speed),
-            servo.speed,
-            Unit::RadianPerSecond,
-        );
+        let (torque, speed) = (least(torque), least(speed));
+        lines.either("torque", torque, servo.torque, Unit::NewtonMeter);
+        lines.either("speed", speed, servo.speed, Unit::RadianPerSecond);
         lines.either("lag", None, servo.lag, Unit::Second);
         lines.either("dead_band", None, servo.dead_band, Unit::Radian);
         lines.either("inertia", None, servo.inertia, Unit::KilogramSquareMeter);

@@ -1,18 +1,21 @@
 //! A robot as URDF, the robot description of ROS.
 //!
 //! Its links and joints are a tree, so that the loop of the pantograph cannot be expressed. The
-//! tree is trunk, first, second and third segment; the ankle mimics the knee, as the closed
-//! pantograph does: q3 = −q2.
+//! tree is trunk, first, second and third segment, with a link without mass between trunk and hip
+//! of a leg that abducts; the ankle mimics the knee, as the closed pantograph does: q3 = −q2.
 
 use core::fmt::Write;
 
 use twinrig_legged::Segment;
 use twinrig_robot::leg::{Joints, LegError, Pantograph};
-use twinrig_robot::{Leg, LegMount, Robot, Servo};
+use twinrig_robot::{AbductionAxis, Leg, LegMount, Robot, Servo};
 
 /// Axial moment of inertia of segments: a thin rod has none, but other programs require a positive
 /// one \[kg·m²\].
 const AXIAL_MOMENT: f64 = 1e-14;
+
+/// Axis of hip, knee and ankle, which are positive forward.
+const ACROSS: &str = "0 -1 0";
 
 /// Radius of the cylinders that show segments \[m\].
 const RADIUS: f64 = 0.003;
@@ -27,7 +30,8 @@ macro_rules! line {
 
 /// Returns the robot as URDF, in SI units and radians. Its root is the link `trunk`, whose frame is
 /// at the centre of mass; the joints of the leg `LF` are `LF_hip`, `LF_knee` and `LF_ankle`, zero
-/// in the reference pose and positive forward. The frames `LF_inner` and `LF_outer` are the ends of
+/// in the reference pose and positive forward, and `LF_abduction`, positive to the left, of a leg
+/// that abducts. The frames `LF_inner` and `LF_outer` are the ends of
 /// the parallel rod, `LF_foot` is the contact point.
 ///
 /// A thin rod has no inertia about its axis; its moment about it is 1e-14 kg·m² here.
@@ -91,14 +95,37 @@ fn leg(robot: &Robot, mount: &LegMount, text: &mut String) -> Result<(), LegErro
     let hip_servo = effort(&robot.actuators.hip);
     let knee_servo = effort(&robot.actuators.knee);
     let below = |segment: Segment| [0.0, 0.0, -segment.length];
+    let axis = mount.abduction_axis();
+    let (carrier, at) = match axis {
+        None => ("trunk".to_owned(), *hip),
+        Some(AbductionAxis { place: [y, z], .. }) => {
+            (segment("abductor"), [0.0, hip[1] - y, hip[2] - z])
+        }
+    };
+    if let Some(axis) = axis {
+        let joint = Joint {
+            name: segment("abduction"),
+            kind: "revolute",
+            ends: ["trunk".to_owned(), carrier.clone()],
+            position: [hip[0], axis.place[0], axis.place[1]],
+            axis: "1 0 0",
+            angle: 0.0,
+            limit: abduction_limit(&axis, robot.actuators.abduction.as_ref()),
+            damping: axis.friction,
+            mimic: String::new(),
+        };
+        joint.write(text);
+        line!(text, "  <link name=\"{carrier}\"/>");
+    }
     for (link, joint) in [
         (
             upper,
             Joint {
                 name: segment("hip"),
                 kind: "continuous",
-                ends: ["trunk".to_owned(), segment("upper")],
-                position: *hip,
+                ends: [carrier, segment("upper")],
+                position: at,
+                axis: ACROSS,
                 angle: first,
                 limit: format!("<limit {hip_servo}/>"),
                 damping: friction.hip,
@@ -112,6 +139,7 @@ fn leg(robot: &Robot, mount: &LegMount, text: &mut String) -> Result<(), LegErro
                 kind: "revolute",
                 ends: [segment("upper"), segment("middle")],
                 position: below(upper),
+                axis: ACROSS,
                 angle: second - first,
                 limit: format!("<limit lower=\"{bottomed}\" upper=\"0\" {knee_servo}/>"),
                 damping: friction.knee,
@@ -125,6 +153,7 @@ fn leg(robot: &Robot, mount: &LegMount, text: &mut String) -> Result<(), LegErro
                 kind: "revolute",
                 ends: [segment("middle"), segment("lower")],
                 position: below(middle),
+                axis: ACROSS,
                 angle: third - second,
                 limit: format!("<limit lower=\"0\" upper=\"{}\" {knee_servo}/>", -bottomed),
                 damping: friction.ankle,
@@ -161,11 +190,18 @@ fn springs(leg: &Leg) -> String {
     )
 }
 
+/// Returns the limits of a joint of abduction; without a servo it has no torque.
+fn abduction_limit(axis: &AbductionAxis, servo: Option<&Servo>) -> String {
+    let [lower, upper] = axis.range;
+    let servo = servo.map_or_else(|| "effort=\"0\" velocity=\"0\"".to_owned(), effort);
+    format!("<limit lower=\"{lower}\" upper=\"{upper}\" {servo}/>")
+}
+
 fn effort(servo: &Servo) -> String {
     format!("effort=\"{}\" velocity=\"{}\"", servo.torque, servo.speed)
 }
 
-/// A hinge about −y.
+/// A hinge.
 struct Joint {
     name: String,
     kind: &'static str,
@@ -173,6 +209,7 @@ struct Joint {
     ends: [String; 2],
     /// Position in the frame of the parent \[m\].
     position: [f64; 3],
+    axis: &'static str,
     /// Angle of the child against the parent where the joint is zero, positive forward \[rad\].
     angle: f64,
     limit: String,
@@ -198,7 +235,7 @@ impl Joint {
         );
         line!(text, "    <parent link=\"{parent}\"/>");
         line!(text, "    <child link=\"{child}\"/>");
-        line!(text, "    <axis xyz=\"0 -1 0\"/>");
+        line!(text, "    <axis xyz=\"{}\"/>", self.axis);
         line!(text, "    {}", self.limit);
         line!(text, "    <dynamics damping=\"{}\"/>", self.damping);
         if !self.mimic.is_empty() {

@@ -1,9 +1,11 @@
 //! Chains of hinges that hang on a trunk.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nalgebra::{Matrix3, Vector3};
 use twinrig_document::Problem;
 
-use super::{Bend, Leg};
+use super::{Abduction, Bend, Leg};
 use crate::tree::{Frame, Freedom, Inertial, Joint, Tree};
 
 /// Greatest sine of the angle between an axis and the direction that it should have.
@@ -30,7 +32,8 @@ pub(super) struct Chain {
     pub(super) hip: Vector3<f64>,
     /// Bodies between trunk and hip.
     pub(super) abducting: Inertial,
-    pub(super) abducts: bool,
+    /// Hinges along the trunk, in its frame.
+    pub(super) abductions: Vec<Hinge>,
     /// Displacement of the foot from the hip along y \[m\].
     pub(super) sideways: f64,
     joints: Vec<Joint>,
@@ -42,6 +45,15 @@ pub(super) struct Chain {
     /// Positions of the centres of mass along the segments, from the joint above \[m\].
     centres: Vec<f64>,
     l_delta: Option<f64>,
+}
+
+/// A hinge along the trunk.
+pub(super) struct Hinge {
+    /// Point of the axis \[m\].
+    at: Vector3<f64>,
+    /// 1 if positive angles turn to the left, else −1.
+    sense: f64,
+    joint: Joint,
 }
 
 /// Forward and up.
@@ -76,8 +88,8 @@ pub(super) fn chains(
 
 /// Direction of an axis.
 enum Direction {
-    /// Along the trunk: abduction.
-    Along,
+    /// Along the trunk: abduction; 1 if positive angles turn to the left, else −1.
+    Along(f64),
     /// Across the trunk; 1 if positive angles turn forward, else −1.
     Across(f64),
 }
@@ -89,7 +101,7 @@ fn direction(axis: Vector3<f64>, joint: &Joint) -> Result<Direction, Problem> {
         return Ok(Direction::Across(-axis.y.signum()));
     }
     if axis.norm() > 0.0 && x >= least {
-        return Ok(Direction::Along);
+        return Ok(Direction::Along(axis.x.signum()));
     }
     let message = format!(
         "the axis of `{}` is ({:.3}, {:.3}, {:.3}) in the trunk, neither along nor across it",
@@ -104,7 +116,7 @@ impl Chain {
         let mut chain = Self {
             hip: Vector3::zeros(),
             abducting: Inertial::none(),
-            abducts: false,
+            abductions: Vec::new(),
             sideways: 0.0,
             joints: Vec::new(),
             directions: Vec::new(),
@@ -134,11 +146,15 @@ impl Chain {
                 }
             };
             match direction(frame.rotation * joint.axis, joint)? {
-                Direction::Along if chain.joints.is_empty() => {
-                    chain.abducts = true;
+                Direction::Along(sense) if chain.joints.is_empty() => {
+                    chain.abductions.push(Hinge {
+                        at: frame.place(joint.anchor),
+                        sense,
+                        joint: joint.clone(),
+                    });
                     chain.abducting = chain.abducting.with(&body.inertial.seen_from(&frame));
                 }
-                Direction::Along => {
+                Direction::Along(_) => {
                     let message = format!("`{}` abducts below the hip", joint.name);
                     let help = "below the hip, a leg moves in one plane";
                     return Err(Problem::at(&joint.place, message, help));
@@ -257,6 +273,7 @@ impl Chain {
         Ok(Leg {
             name,
             hip,
+            abduction: self.abduction(hip, centre),
             lengths,
             l_delta,
             is_l_delta_assumed,
@@ -267,6 +284,42 @@ impl Chain {
             damping: [0, 1, 2].map(|index| of(|joint| joint.damping, index)),
             torque: [0, 1].map(|index| of(|joint| joint.torque, index)),
             speed: [0, 1].map(|index| of(|joint| joint.speed, index)),
+        })
+    }
+}
+
+impl Chain {
+    /// Returns the joint of abduction of a leg with its hip at `hip`: the only hinge along the trunk,
+    /// with a range that contains zero.
+    fn abduction(&self, hip: Vector3<f64>, centre: Vector3<f64>) -> Option<Abduction> {
+        let [hinge] = &self.abductions[..] else {
+            return None;
+        };
+        let range = hinge.joint.range?.map(|angle| hinge.sense * angle);
+        let range = if hinge.sense < 0.0 {
+            [range[1], range[0]]
+        } else {
+            range
+        };
+        let [least, greatest] = range;
+        if !(-FRAC_PI_2..=0.0).contains(&least) || !(0.0..=FRAC_PI_2).contains(&greatest) {
+            return None;
+        }
+        let at = hinge.at - centre;
+        let (offset, [abduction_max, adduction_max]) = if hip.y < 0.0 {
+            (at.y - hip.y, [-least, greatest])
+        } else {
+            (hip.y - at.y, [greatest, -least])
+        };
+        let positive = |value: Option<f64>| value.filter(|value| *value > 0.0);
+        Some(Abduction {
+            offset,
+            height: at.z - hip.z,
+            abduction_max,
+            adduction_max,
+            friction: positive(hinge.joint.damping),
+            torque: positive(hinge.joint.torque),
+            speed: positive(hinge.joint.speed),
         })
     }
 }

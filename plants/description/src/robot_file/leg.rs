@@ -72,6 +72,7 @@ pub(super) fn leg_lines(leg: &Leg, scale: &Scale) -> Lines {
     let pulley = assumed(scale.length(scale.base.pulley_radius), Unit::Meter);
     lines.entry("pulley_radius", &pulley, Origin::Assumed, "");
     friction(leg, scale, &mut lines);
+    abduction(leg, scale, &mut lines);
     masses(leg, scale, &mut lines);
     compliance(scale, &mut lines);
     lines
@@ -88,6 +89,44 @@ fn friction(leg: &Leg, scale: &Scale, lines: &mut Lines) {
         lines.either(joint, damping, scaled, Unit::NewtonMeterSecondPerRadian);
     }
     lines.either("toe", None, friction[2], Unit::NewtonMeterSecondPerRadian);
+}
+
+fn abduction(leg: &Leg, scale: &Scale, lines: &mut Lines) {
+    let Some(joint) = &leg.abduction else {
+        return;
+    };
+    lines.raw("\n[leg.@KIND@.abduction]");
+    for (key, value, unit, note) in [
+        (
+            "offset",
+            joint.offset,
+            Unit::Meter,
+            "of the axis, inwards of the hip",
+        ),
+        (
+            "height",
+            joint.height,
+            Unit::Meter,
+            "of the axis above the hip",
+        ),
+        (
+            "abduction_max",
+            joint.abduction_max,
+            Unit::Radian,
+            "outwards",
+        ),
+        (
+            "adduction_max",
+            joint.adduction_max,
+            Unit::Radian,
+            "inwards",
+        ),
+    ] {
+        lines.entry(key, &quantity(value, unit), Origin::File, note);
+    }
+    let [of_hip, ..] = scale.friction();
+    let unit = Unit::NewtonMeterSecondPerRadian;
+    lines.either("friction", joint.friction, of_hip, unit);
 }
 
 fn masses(leg: &Leg, scale: &Scale, lines: &mut Lines) {

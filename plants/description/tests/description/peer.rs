@@ -3,11 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::{Value, json};
 use twinrig_description::urdf;
 use twinrig_legged::Segment;
-use twinrig_robot::leg::{Joints, Pantograph};
+use twinrig_robot::leg::{Joints, Pantograph, Planar};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_testing::python;
 
@@ -21,9 +21,10 @@ const TOLERANCE: f64 = 1e-12;
 /// which have none here, and roundings.
 const MOMENT_TOLERANCE: f64 = 1.3e-13;
 
-/// Joint angles of one leg \[rad\].
+/// Joint angles of one leg \[rad\]; that of abduction is zero without such a joint.
 #[derive(Clone, Copy)]
 struct Angles {
+    abduction: f64,
     hip: f64,
     knee: f64,
     ankle: f64,
@@ -44,7 +45,13 @@ fn state(robot: &Robot, index: usize) -> Vec<Angles> {
             .knee_bottomed()
             .unwrap();
         let knee = bottomed * spread(at, 2_f64.sqrt());
+        let axis = mount.abduction_axis();
+        let abduction = axis.map_or(0.0, |axis| {
+            let [least, greatest] = axis.range;
+            least + (greatest - least) * spread(at, 7_f64.sqrt())
+        });
         Angles {
+            abduction,
             hip: 2.0 * spread(at, 3_f64.sqrt()) - 1.0,
             knee,
             ankle: 0.4 * spread(at, 5_f64.sqrt()) - knee,
@@ -78,10 +85,16 @@ impl Composite {
             let pose = leg
                 .pose_of_angles(leg.angles(angles.hip, Joints { q2, q3 }))
                 .unwrap();
+            let aside = Rotation3::from_axis_angle(&Vector3::x_axis(), angles.abduction);
             let hip = Vector3::from(mount.hip);
-            let place =
-                |point: twinrig_robot::leg::Planar| hip + Vector3::new(point.x, 0.0, point.y);
-            let [first, second, third] = pose.along.map(|e| Vector3::new(e.x, 0.0, e.y));
+            let axis = mount.abduction_axis().map_or(hip, |axis| {
+                let [y, z] = axis.place;
+                Vector3::new(hip.x, y, z)
+            });
+            let hip = axis + aside * (hip - axis);
+            let in_plane = |at: Planar| aside * Vector3::new(at.x, 0.0, at.y);
+            let place = |point: Planar| hip + in_plane(point);
+            let [first, second, third] = pose.along.map(in_plane);
             let (knee, ankle) = (place(pose.knee), place(pose.ankle));
             let segments = Segment::of(&mount.leg);
             for ((joint, along), segment) in [(hip, first), (knee, second), (ankle, third)]
@@ -168,10 +181,18 @@ fn masses_and_kinematics_are_those_of_pinocchio() {
         let states: Vec<_> = (0..STATES).map(|index| state(&robot, index)).collect();
         let legs: Vec<_> = robot.legs.iter().map(|mount| mount.name.as_str()).collect();
         let joints = |state: &Vec<Angles>| {
+            let abducts = robot.legs[0].leg.abduction.is_some();
             let named = legs.iter().zip(state).flat_map(|(leg, angles)| {
-                let Angles { hip, knee, ankle } = *angles;
-                [("hip", hip), ("knee", knee), ("ankle", ankle)]
-                    .map(|(joint, angle)| (format!("{leg}_{joint}"), json!(angle)))
+                let Angles {
+                    abduction,
+                    hip,
+                    knee,
+                    ankle,
+                } = *angles;
+                let abduction = abducts.then_some(("abduction", abduction));
+                let rest = [("hip", hip), ("knee", knee), ("ankle", ankle)];
+                let all = abduction.into_iter().chain(rest);
+                all.map(move |(joint, angle)| (format!("{leg}_{joint}"), json!(angle)))
             });
             json!({ "joints": named.collect::<serde_json::Map<_, _>>() })
         };

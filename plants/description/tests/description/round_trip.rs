@@ -4,7 +4,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use twinrig_description::{Imported, Language, import, urdf};
-use twinrig_robot::{Leg, LegMass, LegMount, Robot, RobotFile};
+use twinrig_robot::{Abduction, Actuators, Leg, LegMass, LegMount, Robot, RobotFile, Servo};
 
 /// Greatest relative deviation: files have 13 digits.
 const TOLERANCE: f64 = 1e-12;
@@ -38,13 +38,25 @@ prop_compose! {
 }
 
 prop_compose! {
+    fn abductions()(
+        places in prop::array::uniform2(-0.05_f64..0.05),
+        angles in prop::array::uniform2(0.01_f64..1.5),
+        friction in 1e-4_f64..0.1,
+    ) -> Abduction {
+        let ([offset, height], [abduction_max, adduction_max]) = (places, angles);
+        Abduction { offset, height, abduction_max, adduction_max, friction }
+    }
+}
+
+prop_compose! {
     fn robots()(
         equal in any::<bool>(),
         legs in prop::array::uniform4(legs()),
+        abduction in prop::option::of(abductions()),
         at in prop::array::uniform3(0.01_f64..0.5),
         mass in 0.1_f64..50.0,
         inertia in prop::array::uniform3(1e-3_f64..1.1e-3),
-        drives in prop::array::uniform4(0.1_f64..30.0),
+        drives in prop::array::uniform6(0.1_f64..30.0),
     ) -> Robot {
         let mut robot = Robot::example();
         robot.trunk.mass = mass;
@@ -58,10 +70,14 @@ prop_compose! {
             leg: if equal { legs[0].clone() } else { own.clone() },
         });
         robot.legs = mounts.collect();
+        for mount in &mut robot.legs {
+            mount.leg.abduction = abduction;
+        }
         let actuators = &mut robot.actuators;
-        let [hip, hip_speed, knee, knee_speed] = drives;
+        let [hip, hip_speed, knee, knee_speed, torque, speed] = drives;
         (actuators.hip.torque, actuators.hip.speed) = (hip, hip_speed);
         (actuators.knee.torque, actuators.knee.speed) = (knee, knee_speed);
+        actuators.abduction = abduction.map(|_| Servo { torque, speed, ..actuators.hip });
         robot
     }
 }
@@ -77,6 +93,14 @@ fn described(robot: &Robot) -> Vec<(String, f64)> {
     for LegMount { name, hip, leg, .. } in &robot.legs {
         let (mass, joints) = (leg.mass, leg.joint_friction);
         add(&format!("{name} hip"), hip);
+        if let Some(joint) = leg.abduction {
+            let angles = [joint.abduction_max, joint.adduction_max];
+            add(&format!("{name} abduction"), &angles);
+            add(&format!("{name} abduction"), &[joint.friction]);
+            // Differences of places, which are of decimetres.
+            let axis = [1.0 + joint.offset, 1.0 + joint.height];
+            add(&format!("{name} axis"), &axis);
+        }
         let lengths = [
             leg.l1,
             leg.l2,
@@ -97,7 +121,15 @@ fn described(robot: &Robot) -> Vec<(String, f64)> {
             &[joints.hip, joints.knee, joints.ankle],
         );
     }
-    for servo in [robot.actuators.hip, robot.actuators.knee] {
+    let Actuators {
+        hip,
+        knee,
+        abduction,
+    } = &robot.actuators;
+    for servo in [Some(hip), Some(knee), abduction.as_ref()]
+        .into_iter()
+        .flatten()
+    {
         add("drive", &[servo.torque, servo.speed]);
     }
     values
