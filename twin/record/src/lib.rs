@@ -119,7 +119,7 @@ pub use index::SampledGroup;
 pub use messages::{
     ChangeMessage, EventMessage, ExpectationMessage, FootstepMessage, Message, VerdictMessage,
 };
-pub use poses::{FrameSampler, FrameSeries, Skeleton, SkeletonLeg};
+pub use poses::{FrameSampler, FrameSeries, LegLinks, Skeleton, SkeletonAbduction, SkeletonLeg};
 pub use recorder::{Cadence, Recorder};
 pub use recording::{Recording, Sample, Series};
 pub use run_info::RunInfo;

@@ -8,6 +8,13 @@ function rotated([x, y, z, w], [a, b, c]) {
   return [a + w * u + y * n - z * v, b + w * v + z * u - x * n, c + w * n + x * v - y * u];
 }
 
+// Rotates a point of the trunk about an axis along it, to the left.
+function abducted([, y, z], angle, point) {
+  const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
+  const [a, b, c] = [point[0], point[1] - y, point[2] - z];
+  return [a, y + b * cos - c * sin, z + b * sin + c * cos];
+}
+
 // Returns the numbers of columns at time `t`, linear between two frames.
 function between(times, columns, t) {
   const i = indexAt(times, t);
@@ -36,9 +43,12 @@ function pose(figure, t) {
       const [sin, cos] = [Math.sin(angle), Math.cos(angle)];
       points.push(add(points[joint], [-down * sin, side, down * cos]));
     }
+    const { abduction } = leg;
+    const aside = abduction ? between(times, [abduction.angle], t)[0] : 0;
+    const inTrunk = abduction ? (point) => abducted(abduction.axis, aside, point) : (point) => point;
     return {
       name: leg.name,
-      points: points.map(inWorld),
+      points: points.map(inTrunk).map(inWorld),
       force: leg.force && between(times, leg.force, t),
       push: leg.push && between(times, leg.push, t),
       segments: leg.segments && between(times, leg.segments, t),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use twinrig_kernel::{SimTime, signal};
-use twinrig_record::{FrameSeries, RecordError, Recording};
+use twinrig_record::{FrameSeries, LegLinks, RecordError, Recording};
 
 use crate::columns::{Column, Columns};
 use crate::run::Run;
@@ -32,12 +32,23 @@ struct Leg {
     offsets: [[f64; 3]; 4],
     /// Angles of the segments relative to their parents, forward \[rad\].
     angles: Vec<Column>,
+    /// Joint of abduction, if there is any that moves.
+    abduction: Option<Abduction>,
     /// Force of the ground on the foot \[N\]; its normal component if no other is known.
     force: Option<Vec<Column>>,
     /// Force of pushes on the foot \[N\].
     push: Option<Vec<Column>>,
     /// Force of the ground on knee and ankle \[N\], if there is any.
     segments: Option<Vec<Column>>,
+}
+
+/// Joint of abduction of a leg.
+#[derive(Debug, Serialize)]
+struct Abduction {
+    /// Point of its axis in the trunk \[m\].
+    axis: [f64; 3],
+    /// Angle to the left \[rad\].
+    angle: Column,
 }
 
 /// Height of the ground along the path of the robot.
@@ -68,22 +79,25 @@ impl Figure {
             let is_there = sampled.iter().flatten().any(|force| *force != 0.0);
             is_there.then(|| sampled.iter().map(|axis| columns.add(axis)).collect())
         };
-        let legs = (1..frames.links.len()).step_by(JOINTS);
-        let legs = legs.filter_map(|first| {
-            // Recordings of builds before 0.1.0 have a slash.
-            let name = frames.links[first][1].rsplit_once(['_', '/'])?.0.to_owned();
-            let offset =
-                |joint: usize| [0, 1, 2].map(|n| frames.numbers[NUMBERS * (first + joint) + n]);
-            let angles = (0..JOINTS - 1).map(|joint| {
-                let (sin, cos) = (
-                    numbers(&frames, first + joint, 4),
-                    numbers(&frames, first + joint, 6),
-                );
+        let legs = frames.legs().into_iter().map(|leg| {
+            let LegLinks { upper, .. } = leg;
+            let angle = |link: usize, axis: usize, of: fn(f64, f64) -> f64| {
+                let (sin, cos) = (numbers(&frames, link, axis), numbers(&frames, link, 6));
                 let angles = sin.iter().zip(&cos);
-                let angles = angles.map(|(sin, cos)| forward_angle(*sin, *cos));
-                columns.add(&angles.collect::<Vec<_>>())
+                angles.map(|(sin, cos)| of(*sin, *cos)).collect::<Vec<_>>()
+            };
+            let angles = (0..JOINTS - 1).map(|joint| angle(upper + joint, 4, forward_angle));
+            let angles = angles.map(|angles| columns.add(&angles)).collect();
+            let abduction = leg.abductor.and_then(|link| {
+                let angles = angle(link, 3, leftward_angle);
+                let moves = angles.iter().any(|angle| *angle != 0.0);
+                moves.then(|| Abduction {
+                    axis: position(&frames.numbers, link),
+                    angle: columns.add(&angles),
+                })
             });
-            let angles = angles.collect();
+            let offsets = offsets(&frames.numbers, &leg);
+            let name = leg.name;
             let force = forces(columns, &signal::of_leg(&name, signal::FOOT_FORCE), 3);
             let mut load = || {
                 let name = signal::of_leg(&name, signal::FOOT_LOAD);
@@ -91,17 +105,18 @@ impl Figure {
                 let none = vec![0.0; load.len()];
                 Some([&none, &none, &load].map(|axis| columns.add(axis)).into())
             };
-            Some(Leg {
+            Leg {
                 force: match force {
                     Some(force) => Some(force),
                     None => load(),
                 },
                 push: forces(columns, &signal::of_leg(&name, signal::PUSH_FORCE), 3),
                 segments: forces(columns, &signal::of_leg(&name, signal::SEGMENTS_FORCE), 3),
-                offsets: [0, 1, 2, 3].map(offset),
+                offsets,
                 angles,
+                abduction,
                 name,
-            })
+            }
         });
         let legs = legs.collect();
         Ok(Some(Self {
@@ -125,6 +140,27 @@ impl Figure {
 /// quaternion: a rotation about y, which points left, by the negative angle.
 pub(crate) fn forward_angle(y: f64, w: f64) -> f64 {
     -2.0 * libm::atan2(y, w)
+}
+
+/// Returns the angle of abduction from the components x and w of its quaternion.
+pub(crate) fn leftward_angle(x: f64, w: f64) -> f64 {
+    2.0 * libm::atan2(x, w)
+}
+
+/// Returns the position of a link in its parent, of the transforms of an instant \[m\].
+pub(crate) fn position(numbers: &[f64], link: usize) -> [f64; 3] {
+    [0, 1, 2].map(|n| numbers[NUMBERS * link + n])
+}
+
+/// Returns the positions of hip in the trunk, knee in the thigh, ankle in the shank and foot in the
+/// last segment, of the transforms of an instant \[m\]. The joint of abduction is at zero.
+pub(crate) fn offsets(numbers: &[f64], leg: &LegLinks) -> [[f64; 3]; JOINTS] {
+    let mut offsets = [0, 1, 2, 3].map(|joint| position(numbers, leg.upper + joint));
+    if let Some(abductor) = leg.abductor {
+        let axis = position(numbers, abductor);
+        offsets[0] = [0, 1, 2].map(|n| offsets[0][n] + axis[n]);
+    }
+    offsets
 }
 
 /// Returns a number of a transform over time.

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use serde::Serialize;
 use twinrig_kernel::{Layout, SimDuration, SimTime, signal};
-use twinrig_record::{EPOCH, FrameSampler, Skeleton};
+use twinrig_record::{EPOCH, FrameSampler, LegLinks, Skeleton};
 use twinrig_report::page::{Script, document};
 use twinrig_rig::Assembly;
 
-use crate::figure::{JOINTS, NUMBERS, forward_angle};
+use crate::figure::{JOINTS, NUMBERS, forward_angle, leftward_angle, offsets, position};
 use crate::page::{STYLE, UPLOT};
 
 /// Pose of the robot and forces on it at an instant.
@@ -20,6 +20,9 @@ pub struct LiveFrame {
     pub trunk: [f64; NUMBERS],
     /// Angles of the segments of each leg relative to their parents, forward \[rad\].
     pub angles: Vec<[f64; JOINTS - 1]>,
+    /// Angle of abduction of each leg, to the left \[rad\]; none if no leg abducts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub abduction: Option<Vec<f64>>,
     /// Force of the ground on each foot \[N\]; its normal component if no other is known.
     pub force: Vec<[f64; 3]>,
     /// Force of pushes on the trunk \[N\].
@@ -44,6 +47,15 @@ pub struct LiveLeg {
     pub name: String,
     /// Hip in the trunk, knee in the thigh, ankle in the shank, foot in the last segment \[m\].
     pub offsets: [[f64; 3]; JOINTS],
+    /// Joint of abduction, if the leg has one.
+    pub abduction: Option<LiveAbduction>,
+}
+
+/// Joint of abduction of a leg of a figure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LiveAbduction {
+    /// Point of its axis in the trunk \[m\].
+    pub axis: [f64; 3],
 }
 
 /// Scripts of the page, in the order in which they follow each other.
@@ -155,11 +167,17 @@ impl LivePoses {
 
     /// Returns the pose at a sample of the plant; none if it has no legs.
     pub fn at(&self, now: SimTime, values: &[f64]) -> Option<LiveFrame> {
-        let numbers = self.numbers(now, values)?;
-        let legs = numbers[NUMBERS..].chunks_exact(NUMBERS * JOINTS);
-        let angles = legs.map(|leg| {
-            [0, 1, 2].map(|joint| forward_angle(leg[NUMBERS * joint + 4], leg[NUMBERS * joint + 6]))
+        let (numbers, legs) = self.numbers(now, values)?;
+        let part = |link: usize, n: usize| numbers[NUMBERS * link + n];
+        let angles = legs.iter().map(|leg| {
+            let links = [0, 1, 2].map(|joint| leg.upper + joint);
+            links.map(|link| forward_angle(part(link, 4), part(link, 6)))
         });
+        let abduction = |leg: &LegLinks| {
+            let link = leg.abductor;
+            link.map_or(0.0, |link| leftward_angle(part(link, 3), part(link, 6)))
+        };
+        let abducts = legs.iter().any(|leg| leg.abductor.is_some());
         let vector = |place: &Range<usize>| match values[place.clone()] {
             [x, y, z] => [x, y, z],
             [normal] => [0.0, 0.0, normal],
@@ -175,6 +193,7 @@ impl LivePoses {
             t: now.as_secs_f64(),
             trunk: numbers[..NUMBERS].try_into().ok()?,
             angles: angles.collect(),
+            abduction: abducts.then(|| legs.iter().map(abduction).collect()),
             force: self.legs.iter().map(force).collect(),
             push: shown(&self.push),
             contact: shown(&self.contact),
@@ -183,11 +202,13 @@ impl LivePoses {
 
     /// Returns what does not change in the figure, from any sample of the plant.
     pub fn figure(&self, values: &[f64]) -> Option<LiveFigure> {
-        let numbers = self.numbers(SimTime::ZERO, values)?;
-        let legs = numbers[NUMBERS..].chunks_exact(NUMBERS * JOINTS);
-        let legs = legs.zip(&self.legs).map(|(leg, (name, _))| LiveLeg {
-            name: name.clone(),
-            offsets: [0, 1, 2, 3].map(|joint| [0, 1, 2].map(|n| leg[NUMBERS * joint + n])),
+        let (numbers, legs) = self.numbers(SimTime::ZERO, values)?;
+        let legs = legs.into_iter().map(|leg| LiveLeg {
+            offsets: offsets(&numbers, &leg),
+            abduction: leg.abductor.map(|link| LiveAbduction {
+                axis: position(&numbers, link),
+            }),
+            name: leg.name,
         });
         Some(LiveFigure {
             weight: self.weight,
@@ -195,10 +216,12 @@ impl LivePoses {
         })
     }
 
-    fn numbers(&self, now: SimTime, values: &[f64]) -> Option<Vec<f64>> {
+    /// Returns the transforms of an instant, and the links of the legs; none if a leg has none.
+    fn numbers(&self, now: SimTime, values: &[f64]) -> Option<(Vec<f64>, Vec<LegLinks>)> {
         let mut sampler = self.sampler.clone();
         sampler.sample(now, values);
-        let numbers = sampler.finish().numbers;
-        (numbers.len() == NUMBERS * (1 + JOINTS * self.legs.len())).then_some(numbers)
+        let series = sampler.finish();
+        let legs = series.legs();
+        (legs.len() == self.legs.len()).then_some((series.numbers, legs))
     }
 }

@@ -292,6 +292,8 @@ struct Joint {
     place: [f64; 3],
     /// Rotation about y, which points left, where the joint is zero.
     pitch: f64,
+    /// Whether it turns about x, to the left.
+    abducts: bool,
 }
 
 /// Returns the joints of a URDF, by the link that each moves.
@@ -305,6 +307,7 @@ fn joints(urdf: &str) -> BTreeMap<String, Joint> {
             parent: found[6].to_owned(),
             place: [2, 3, 4].map(|n| number(&found[n])),
             pitch: found.get(5).map_or(0.0, |pitch| number(pitch.as_str())),
+            abducts: found[1].ends_with("_abduction"),
         };
         (found[7].to_owned(), joint)
     };
@@ -328,12 +331,20 @@ fn robot_of_viewers_moves_as_the_recorded_one() {
         "/../record/tests/read_recording.py"
     );
     let folder = Folder::new("viewers");
-    for robot in ["cheetah-cub", "oncilla"] {
+    const STANDS: &str = "controller = { kind = 'stand', period = '2 ms' }";
+    const SPLAYED: &str =
+        "controller = { kind = 'stand', period = '2 ms', abduction = 'hold', splay = '5 deg' }";
+    for (name, robot, plant, controller, joints_of) in [
+        ("cub", "cheetah-cub", "", STANDS, 12),
+        ("oncilla", "oncilla", "", STANDS, 16),
+        ("held", "oncilla", "", SPLAYED, 16),
+        ("free", "oncilla", ", abduction = 'free'", SPLAYED, 16),
+    ] {
         let text = format!(
-            "robot = '{robot}'\nduration = '300 ms'\nplant = {{ model = 'massless', ground = {{}} }}\n\
-             controller = {{ kind = 'stand', period = '2 ms' }}\n"
+            "robot = '{robot}'\nduration = '300 ms'\n\
+             plant = {{ model = 'massless', ground = {{}}{plant} }}\n{controller}\n"
         );
-        let scenario = folder.file(&format!("{robot}.toml"), &text);
+        let scenario = folder.file(&format!("{name}.toml"), &text);
         let done = twin(&["run", "--json", "--out", &folder.join("out"), &scenario]);
         let recording = json(&done.out)[0]["recording"].as_str().unwrap().to_owned();
         let exported = twin(&["export", "urdf", robot]).out;
@@ -354,7 +365,12 @@ fn robot_of_viewers_moves_as_the_recorded_one() {
             .zip(positions.as_array().unwrap())
             .map(|(name, position)| (name.as_str().unwrap(), of_bits(position)))
             .collect();
-        assert_eq!(states.len(), 12);
+        assert_eq!(states.len(), joints_of);
+        // Servos beside a plant do not move its legs.
+        let abducts = states
+            .get("LF_abduction")
+            .is_some_and(|angle| *angle > 0.05);
+        assert_eq!(abducts, name == "free", "{states:?}");
         assert!(
             states.values().any(|angle| angle.abs() > 0.01),
             "{states:?}"
@@ -374,9 +390,10 @@ fn robot_of_viewers_moves_as_the_recorded_one() {
         for ([parent, link], numbers) in frames.links.iter().zip(last.chunks_exact(7)).skip(1) {
             let joint = &joints[link];
             assert_eq!(*parent, joint.parent);
-            // A hinge about −y.
+            // A hinge about x, or about −y.
+            let (axis, sense) = if joint.abducts { (3, 1.0) } else { (4, -1.0) };
             let angle = states.get(joint.name.as_str()).unwrap_or(&0.0) - joint.pitch;
-            let recorded = -2.0 * libm::atan2(numbers[4], numbers[6]);
+            let recorded = sense * 2.0 * libm::atan2(numbers[axis], numbers[6]);
             assert!(
                 (angle - recorded).abs() < 1e-12,
                 "{link}: {angle}, {recorded}"

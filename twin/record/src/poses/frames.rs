@@ -8,6 +8,9 @@ use twinrig_kernel::signal;
 pub(super) const WORLD: &str = "world";
 /// Frame of the trunk.
 pub(super) const TRUNK: &str = "trunk";
+/// Last parts of the names of the frames that abduct, and of the upper segments.
+pub(super) const ABDUCTOR: &str = "abductor";
+pub(super) const UPPER: &str = "upper";
 
 /// Geometry of a robot for display: hip positions and segment lengths.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -27,20 +30,51 @@ pub struct SkeletonLeg {
     pub segments: [f64; 3],
     /// Absolute angles of the segments in the reference pose, in which the joints are zero \[rad\].
     pub reference: [f64; 3],
+    /// Joint of abduction between trunk and hip, if the leg has one.
+    pub abduction: Option<SkeletonAbduction>,
+}
+
+/// Joint of abduction of a leg, about the x axis of the trunk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkeletonAbduction {
+    /// Point of its axis beside the hip, in the trunk frame \[m\].
+    pub axis: [f64; 3],
+    /// Whether it moves, as the signal `leg/X/abduction/position` says; otherwise it is at zero.
+    pub is_free: bool,
+}
+
+impl SkeletonLeg {
+    /// Returns the offset of the angle of abduction, if the joint moves.
+    pub(super) fn abduction_in(&self, signals: &Signals<'_>) -> Option<usize> {
+        self.abduction.filter(|joint| joint.is_free)?;
+        signals.start(&signal::of_leg(&self.name, signal::ABDUCTION_POSITION), 1)
+    }
 }
 
 const IDENTITY: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// Frames world → trunk, and for each leg with recorded angles trunk → upper, middle and lower
-/// segment, each at its upper joint, → foot: the links of the robot description, by their names.
+/// Frames world → trunk, and for each leg with recorded angles trunk → abductor, if the leg has such
+/// a joint, → upper, middle and lower segment, each at its upper joint, → foot: the links of the
+/// robot description, by their names.
 #[derive(Debug, Clone)]
 pub(super) struct Frames {
     position: Option<usize>,
     orientation: Option<usize>,
-    /// Offset of each leg's angles in a sample, in the order of the transforms.
-    angles: Vec<usize>,
+    legs: Vec<LegFrames>,
     message: Template,
     transforms: Vec<Transform>,
+}
+
+/// Frames of a leg.
+#[derive(Debug, Clone, Copy)]
+struct LegFrames {
+    /// Offset of the angles of the segments in a sample.
+    angles: usize,
+    /// Index of the transform of the upper segment, which the others follow.
+    upper: usize,
+    /// Offset of the angle of abduction in a sample, if the joint moves. Its transform is before
+    /// that of the upper segment.
+    abduction: Option<usize>,
 }
 
 /// Offsets of a transform in the message.
@@ -55,22 +89,28 @@ struct Transform {
 impl Frames {
     pub(super) fn new(skeleton: &Skeleton, signals: &Signals<'_>) -> Self {
         let mut links = vec![(WORLD.to_owned(), TRUNK.to_owned(), [0.0; 3])];
-        let mut angles = Vec::new();
-        for SkeletonLeg {
-            name,
-            hip,
-            segments,
-            ..
-        } in &skeleton.legs
-        {
-            let Some(start) = signals.start(&signal::of_leg(name, signal::ANGLES), 3) else {
+        let mut legs = Vec::new();
+        for leg in &skeleton.legs {
+            let name = &leg.name;
+            let Some(angles) = signals.start(&signal::of_leg(name, signal::ANGLES), 3) else {
                 continue;
             };
-            angles.push(start);
             let mut parent = TRUNK.to_owned();
-            let [upper, middle, lower] = segments.map(|length| [0.0, 0.0, -length]);
+            let mut hip = leg.hip;
+            if let Some(SkeletonAbduction { axis, .. }) = leg.abduction {
+                let child = format!("{name}_{ABDUCTOR}");
+                links.push((parent, child.clone(), axis));
+                parent = child;
+                hip = [0, 1, 2].map(|n| hip[n] - axis[n]);
+            }
+            legs.push(LegFrames {
+                angles,
+                upper: links.len(),
+                abduction: leg.abduction_in(signals),
+            });
+            let [upper, middle, lower] = leg.segments.map(|length| [0.0, 0.0, -length]);
             for (link, at) in [
-                ("upper", *hip),
+                (UPPER, hip),
                 ("middle", upper),
                 ("lower", middle),
                 ("foot", lower),
@@ -101,7 +141,7 @@ impl Frames {
         Self {
             position: signals.start(signal::BODY_POSITION, 3),
             orientation: signals.start(signal::BODY_ORIENTATION, 4),
-            angles,
+            legs,
             message,
             transforms,
         }
@@ -121,12 +161,17 @@ impl Frames {
             let [w, x, y, z] = [0, 1, 2, 3].map(|n| values[start + n]);
             message.put_all(body.rotation, &[x, y, z, w]);
         }
-        for (leg, &start) in self.angles.iter().enumerate() {
+        for leg in &self.legs {
+            if let Some(abduction) = leg.abduction {
+                let (sin, cos) = libm::sincos(0.5 * values[abduction]);
+                let rotation = self.transforms[leg.upper - 1].rotation;
+                message.put_all(rotation, &[sin, 0.0, 0.0, cos]);
+            }
             // The angles are absolute; the rotation of a child frame is relative to its parent.
             let mut parent = 0.0;
             for joint in 0..3 {
-                let angle = values[start + joint];
-                let rotation = self.transforms[1 + 4 * leg + joint].rotation;
+                let angle = values[leg.angles + joint];
+                let rotation = self.transforms[leg.upper + joint].rotation;
                 message.put_all(rotation, &segment_rotation(angle - parent));
                 parent = angle;
             }
@@ -175,14 +220,19 @@ mod tests {
             hip: [0.1, 0.05, 0.0],
             segments: [0.044, 0.071, 0.039],
             reference: [0.0; 3],
+            abduction: None,
         };
         Skeleton { legs: vec![leg] }
     }
 
     fn frames(layout: &Layout) -> Frames {
+        frames_of(&leg(), layout)
+    }
+
+    fn frames_of(skeleton: &Skeleton, layout: &Layout) -> Frames {
         let keep = |_: &str| false;
         Frames::new(
-            &leg(),
+            skeleton,
             &Signals {
                 layout,
                 keep: &keep,
@@ -259,6 +309,47 @@ mod tests {
             (links[4].0.as_str(), links[4].1.as_str()),
             ("LF_lower", "LF_foot")
         );
+    }
+
+    /// The foot of a leg that abducts, with a straight leg: on a circle about the axis, at the end
+    /// of a joint that moves.
+    #[test]
+    fn frames_of_a_leg_that_abducts_turn_about_its_axis() {
+        let ports = [
+            Port::output("leg/LF/angles", Unit::Radian, 3),
+            Port::output("leg/LF/abduction/position", Unit::Radian, 1),
+        ];
+        let layout = Layout::of(&ports, Direction::Output);
+        let foot_at = |is_free, angle: f64| {
+            let mut skeleton = leg();
+            skeleton.legs[0].abduction = Some(SkeletonAbduction {
+                axis: [0.1, 0.03, 0.01],
+                is_free,
+            });
+            let mut frames = frames_of(&skeleton, &layout);
+            let (_, links) = read(frames.at([0; 8], &[0.0, 0.0, 0.0, angle]));
+            let names = links[1..3].iter().map(|link| [&*link.0, &*link.1]);
+            let expected = [["trunk", "LF_abductor"], ["LF_abductor", "LF_upper"]];
+            assert!(names.eq(expected), "{links:?}");
+            foot(&links)
+        };
+        let length = 0.044 + 0.071 + 0.039;
+        let (sin, cos) = libm::sincos(0.3);
+        let [side, down] = [0.05 - 0.03, 0.01 + length];
+        let moved = [
+            0.1,
+            0.03 + side * cos + down * sin,
+            0.01 + side * sin - down * cos,
+        ];
+        for (found, expected) in [
+            (foot_at(true, 0.3), moved),
+            (foot_at(true, 0.0), [0.1, 0.05, -length]),
+            (foot_at(false, 0.3), [0.1, 0.05, -length]),
+        ] {
+            for (found, expected) in found.into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-15, "{found} for {expected}");
+            }
+        }
     }
 
     #[test]

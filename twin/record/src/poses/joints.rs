@@ -15,11 +15,20 @@ pub(super) struct Joints {
     positions: usize,
 }
 
-/// Offset of the angles of a leg in a sample, and the angles in the reference pose.
+/// Offsets of the angles of a leg in a sample, and the angles in the reference pose.
 #[derive(Debug, Clone)]
 struct Leg {
     angles: usize,
     reference: [f64; 3],
+    /// Of a leg with a joint of abduction: its offset, if it moves.
+    abduction: Option<Option<usize>>,
+}
+
+impl Leg {
+    /// Number of joints.
+    fn joints(&self) -> usize {
+        3 + usize::from(self.abduction.is_some())
+    }
 }
 
 impl Joints {
@@ -30,8 +39,13 @@ impl Joints {
         for leg in &skeleton.legs {
             let name = &leg.name;
             if let Some(angles) = signals.start(&signal::of_leg(name, signal::ANGLES), 3) {
-                let reference = leg.reference;
-                legs.push(Leg { angles, reference });
+                let abduction = leg.abduction.map(|_| leg.abduction_in(signals));
+                names.extend(abduction.map(|_| format!("{name}_abduction")));
+                legs.push(Leg {
+                    angles,
+                    reference: leg.reference,
+                    abduction,
+                });
                 names.extend(["hip", "knee", "ankle"].map(|joint| format!("{name}_{joint}")));
             }
         }
@@ -62,14 +76,20 @@ impl Joints {
 
     pub(super) fn at(&mut self, stamp: [u8; 8], values: &[f64]) -> &[u8] {
         self.message.put_stamp(self.stamp, stamp);
-        for (index, leg) in self.legs.iter().enumerate() {
+        let mut at = self.positions;
+        for leg in &self.legs {
+            let abduction = leg.abduction.flatten();
+            let abduction = abduction.map_or(0.0, |offset| values[offset]);
             // The angles are absolute, those of a joint relative to its parent.
             let mut parent = 0.0;
             let angles = [0, 1, 2].map(|joint| {
                 let angle = values[leg.angles + joint] - leg.reference[joint];
                 angle - std::mem::replace(&mut parent, angle)
             });
-            self.message.put_all(self.positions + 24 * index, &angles);
+            let all = [abduction, angles[0], angles[1], angles[2]];
+            let joints = leg.joints();
+            self.message.put_all(at, &all[4 - joints..]);
+            at += 8 * joints;
         }
         &self.message.bytes
     }
@@ -80,14 +100,18 @@ mod tests {
     use twinrig_kernel::{Direction, Layout, Port, Unit};
 
     use super::*;
-    use crate::SkeletonLeg;
     use crate::cdr::CdrReader;
+    use crate::{SkeletonAbduction, SkeletonLeg};
 
     #[test]
     fn joints_are_relative_to_the_reference_pose() {
         let ports = [
             Port::output("leg/LF/hip/position", Unit::Radian, 1),
             Port::output("leg/LF/angles", Unit::Radian, 3),
+            Port::output("leg/LH/abduction/position", Unit::Radian, 1),
+            Port::output("leg/LH/angles", Unit::Radian, 3),
+            Port::output("leg/RH/abduction/position", Unit::Radian, 1),
+            Port::output("leg/RH/angles", Unit::Radian, 3),
         ];
         let layout = Layout::of(&ports, Direction::Output);
         let signals = Signals {
@@ -99,19 +123,38 @@ mod tests {
             hip: [0.0; 3],
             segments: [0.1; 3],
             reference: [0.25, -0.5, 0.25],
+            abduction: None,
         };
-        let legs = vec![leg("LF"), leg("RF")];
+        let abducting = |name: &str, is_free| SkeletonLeg {
+            abduction: Some(SkeletonAbduction {
+                axis: [0.0; 3],
+                is_free,
+            }),
+            ..leg(name)
+        };
+        let legs = vec![
+            leg("LF"),
+            leg("RF"),
+            abducting("LH", true),
+            abducting("RH", false),
+        ];
         let mut joints = Joints::new(&Skeleton { legs }, &signals).unwrap();
-        let values = [9.0, 0.75, -0.5, 1.0];
+        let values = [
+            9.0, 0.75, -0.5, 1.0, 0.25, 0.5, -0.5, 0.25, 0.125, 0.25, -0.5, 0.25,
+        ];
         let mut from = CdrReader::new(joints.at([1, 0, 0, 0, 2, 0, 0, 0], &values)).unwrap();
         assert_eq!(
             (from.time(), from.text().as_deref()),
             (Some([1, 2]), Some(""))
         );
         let names = from.each(CdrReader::text).unwrap();
-        assert_eq!(names, ["LF_hip", "LF_knee", "LF_ankle"]);
+        let of = |leg: &str| ["abduction", "hip", "knee", "ankle"].map(|it| format!("{leg}_{it}"));
+        assert_eq!(names, [&of("LF")[1..], &of("LH"), &of("RH")].concat());
         let mut column = || from.each(CdrReader::f64).unwrap();
-        assert_eq!(column(), [0.5, -0.5, 0.75]);
+        assert_eq!(
+            column(),
+            [0.5, -0.5, 0.75, 0.25, 0.25, -0.25, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
         assert_eq!((column(), column()), (vec![], vec![]));
         assert!(from.is_at_end());
         assert!(Joints::new(&Skeleton::default(), &signals).is_none());

@@ -11,8 +11,8 @@ mod signals;
 
 use twinrig_kernel::Layout;
 
-pub use frames::{Skeleton, SkeletonLeg};
-pub use series::{FrameSampler, FrameSeries};
+pub use frames::{Skeleton, SkeletonAbduction, SkeletonLeg};
+pub use series::{FrameSampler, FrameSeries, LegLinks};
 
 use crate::Topic;
 use drives::Drives;

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{Layout, SimDuration, SimTime};
 
-use super::frames::{Frames, transforms};
+use super::frames::{ABDUCTOR, Frames, UPPER, transforms};
 use super::{Signals, Skeleton};
 use crate::cdr;
 
@@ -18,7 +18,37 @@ pub struct FrameSeries {
     pub numbers: Vec<f64>,
 }
 
+/// Links of a leg in a [`FrameSeries`], by their indices.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LegLinks {
+    /// Name of the leg.
+    pub name: String,
+    /// Upper segment; middle and lower segment and foot follow.
+    pub upper: usize,
+    /// Part between trunk and upper segment, of a leg that abducts.
+    pub abductor: Option<usize>,
+}
+
 impl FrameSeries {
+    /// Links of a leg, from the upper segment to the foot.
+    const LEG: usize = 4;
+
+    /// Returns the links of the legs.
+    pub fn legs(&self) -> Vec<LegLinks> {
+        // Recordings of builds before 0.1.0 have a slash.
+        let part = |index: usize| self.links[index][1].rsplit_once(['_', '/']);
+        let ends = 1..(self.links.len() + 1).saturating_sub(Self::LEG);
+        let legs = ends.filter_map(|upper| {
+            let (name, _) = part(upper).filter(|(_, part)| *part == UPPER)?;
+            Some(LegLinks {
+                name: name.to_owned(),
+                upper,
+                abductor: (part(upper - 1) == Some((name, ABDUCTOR))).then(|| upper - 1),
+            })
+        });
+        legs.collect()
+    }
+
     /// Adds the frames of a message; `None` if it is invalid or has other links than its
     /// predecessors.
     pub(crate) fn add(&mut self, now: SimTime, message: &[u8]) -> Option<()> {
@@ -100,6 +130,7 @@ mod tests {
             hip: [0.1, 0.05, 0.0],
             segments: [0.044, 0.071, 0.039],
             reference: [0.0; 3],
+            abduction: None,
         };
         let skeleton = Skeleton { legs: vec![leg] };
         let period = SimDuration::from_millis(5);

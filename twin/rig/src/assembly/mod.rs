@@ -8,7 +8,7 @@ use twinrig_legged::Constraints;
 use twinrig_robot::Robot;
 use twinrig_runtime::{Change, Plant, Rig, Schedule, Timing};
 use twinrig_scenario::{
-    ActuatorSpec, BusSpec, CommandedGait, Facts, PlantSpec, Scenario, Scene, Setting,
+    Abduction, ActuatorSpec, BusSpec, CommandedGait, Facts, PlantSpec, Scenario, Scene, Setting,
 };
 
 use crate::start::StartPerturbation;
@@ -38,12 +38,20 @@ use crate::parts::decoder::{Decoder, Direction};
 use crate::parts::setup::ground_below;
 use crate::registry::Registry;
 
-/// Patterns of the signals from which poses are drawn.
-const FRAME_SIGNALS: [&str; 3] = [
-    signal::BODY_POSITION,
-    signal::BODY_ORIENTATION,
-    "leg/*/angles",
-];
+/// Returns the patterns of the signals from which poses are drawn.
+fn frame_signals(scenario: &Scenario) -> Vec<String> {
+    let of_legs = |what| signal::of_leg("*", what);
+    let mut signals = vec![
+        signal::BODY_POSITION.to_owned(),
+        signal::BODY_ORIENTATION.to_owned(),
+        of_legs(signal::ANGLES),
+    ];
+    // Servos beside a plant do not move its legs.
+    if scenario.plant.abduction == Abduction::Free {
+        signals.push(of_legs(signal::ABDUCTION_POSITION));
+    }
+    signals
+}
 
 /// A checked scenario with its pruned scene, from which rigs are built.
 ///
@@ -120,7 +128,7 @@ impl<'r> Assembly<'r> {
             diagnostics: buses.iter().flat_map(builder::Bus::diagnostics).collect(),
             plant_outputs,
             process_ports,
-            frame_signals: FRAME_SIGNALS.map(str::to_owned).into(),
+            frame_signals: frame_signals(&scenario),
             ground,
             legs,
         };

@@ -6,12 +6,13 @@ use std::path::Path;
 
 use twinrig_kernel::SimDuration;
 use twinrig_record::{
-    Cadence, Encoder, RecordError, RecordedGroup, Recorder, RunInfo, Sink, Skeleton, SkeletonLeg,
+    Cadence, Encoder, RecordError, RecordedGroup, Recorder, RunInfo, Sink, Skeleton,
+    SkeletonAbduction, SkeletonLeg,
 };
 use twinrig_robot::Leg;
 use twinrig_robot::leg::{Joints, Pantograph};
 use twinrig_runtime::Group;
-use twinrig_scenario::Setting;
+use twinrig_scenario::{Abduction, Setting};
 
 use crate::assembly::Assembly;
 use crate::assembly::sources::{ROBOT_FILE, SCENARIO_FILE};
@@ -244,11 +245,16 @@ impl Assembly<'_> {
     /// standalone plant without a robot.
     pub fn skeleton(&self) -> Skeleton {
         let mounts = self.robot().map_or(&[][..], |robot| &robot.legs);
+        let is_free = self.scenario().plant.abduction == Abduction::Free;
         let legs = mounts.iter().map(|mount| SkeletonLeg {
             name: mount.name.clone(),
             hip: mount.hip,
             segments: [mount.leg.l1, mount.leg.l2, mount.leg.l3 - mount.leg.l_delta],
             reference: reference(&mount.leg),
+            abduction: mount.abduction_axis().map(|axis| SkeletonAbduction {
+                axis: [mount.hip[0], axis.place[0], axis.place[1]],
+                is_free,
+            }),
         });
         Skeleton {
             legs: legs.collect(),

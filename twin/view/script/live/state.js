@@ -72,7 +72,12 @@ const FRAMES_MAX = 600;
 
 function withColumns(figure) {
   const axes = (count) => Array.from({ length: count }, () => []);
-  const legs = figure.legs.map((leg) => ({ ...leg, angles: axes(3), force: axes(3) }));
+  const legs = figure.legs.map((leg) => ({
+    ...leg,
+    angles: axes(3),
+    force: axes(3),
+    abduction: leg.abduction && { ...leg.abduction, angle: [] },
+  }));
   return { ...figure, times: [], trunk: axes(7), push: axes(3), contact: axes(3), legs };
 }
 
@@ -85,6 +90,7 @@ function addFrame(figure, frame) {
     ...figure.legs.flatMap((leg, i) => [
       [leg.angles, frame.angles[i] ?? [0, 0, 0]],
       [leg.force, frame.force?.[i] ?? [0, 0, 0]],
+      ...(leg.abduction ? [[[leg.abduction.angle], [frame.abduction?.[i] ?? 0]]] : []),
     ]),
   ];
   const columns = rows.flatMap(([axes]) => axes);

@@ -50,6 +50,7 @@ pub fn skeleton() -> Skeleton {
         hip: [0.1, 0.05, 0.0],
         segments: [0.044, 0.071, 0.039],
         reference: [0.0; 3],
+        abduction: None,
     };
     Skeleton { legs: vec![leg] }
 }
