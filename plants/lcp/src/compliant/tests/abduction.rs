@@ -1,18 +1,21 @@
 //! Legs that abduct, against point masses and against locked joints.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use serde_json::{Value, json};
 use twinrig_compliant::lanes::{Features, Quad};
 use twinrig_compliant::{AbductionJoints, Equations as _, JointState};
 use twinrig_contact::Ground;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_legged::{Abduction, Base, Constraints, Drives, Dynamics as _, Readings as _, Setup};
+use twinrig_robot::leg::{Joints, Pantograph};
 use twinrig_robot::{Robot, Servo};
 use twinrig_runtime::{Plant as _, PlantState};
 use twinrig_testing::abduction::{
     JOINT, Tumble, assert_closed, assert_forces, assert_locked, pushes, servo,
 };
 use twinrig_testing::point_masses::{self, Point, PointMotion};
+use twinrig_testing::python;
 use twinrig_testing::robots::LEGS;
 
 use super::super::equations::{CompliantFlow, compliant_state};
@@ -204,6 +207,89 @@ fn accelerations_are_those_of_point_masses() {
             (kinetic - expected).abs() < 1e-7 * expected,
             "{kinetic} {expected}"
         );
+    }
+}
+
+/// Angle, rate and acceleration of the joints of a robot's description, and those of the trunk.
+fn described<const A: usize>(flow: &mut CompliantFlow<3, 1, A, 0>, robot: &Robot) -> Value {
+    flow.update_slope();
+    let (state, slope) = (flow.state, flow.slope.unwrap().state);
+    let attitude = UnitQuaternion::from_matrix(&flow.rotation());
+    let mut joints = serde_json::Map::new();
+    for (i, mount) in robot.legs.iter().enumerate() {
+        let stretched = Joints { q2: 0.0, q3: 0.0 };
+        let reference = Pantograph::new(&mount.leg).unwrap().angles(0.0, stretched);
+        let mut above = [0.0; 3];
+        for (link, name) in ["hip", "knee", "ankle"].into_iter().enumerate() {
+            let angle = state.angles[link].0[i] - reference[link];
+            let own = [angle, state.rates[link].0[i], slope.rates[link].0[i]];
+            let relative = [0, 1, 2].map(|n| own[n] - above[n]);
+            joints.insert(format!("{}_{name}", mount.name), json!(relative));
+            above = own;
+        }
+        for (joint, slope) in state.abduction.iter().zip(&slope.abduction) {
+            let own = [joint.angle.0[i], joint.rate.0[i], slope.rate.0[i]];
+            joints.insert(format!("{}_abduction", mount.name), json!(own));
+        }
+    }
+    let velocity = [state.velocity.three(), state.turning.three()].concat();
+    let acceleration = [slope.velocity.three(), slope.turning.three()].concat();
+    json!({
+        "attitude": attitude.coords.as_slice(),
+        "velocity": velocity,
+        "acceleration": acceleration,
+        "joints": joints,
+    })
+}
+
+/// By the inverse dynamics of Pinocchio, nothing acts on a trunk in flight, friction on the joints of
+/// abduction, and inside the legs that which acts with locked joints.
+#[test]
+fn accelerations_are_those_of_pinocchio() {
+    let Some(python) = python::python_of_peers("pinocchio") else {
+        return;
+    };
+    let script = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/reference/inverse_dynamics.py"
+    );
+    let robot = robot();
+    let (mut free, mut locked) = (Vec::new(), Vec::new());
+    for seed in 0..200 {
+        let motion = Tumble::drawn(seed);
+        let (mut flow, mut of_locked) = Case { motion, ..FLYING }.flows();
+        free.push(described(&mut flow, &robot));
+        locked.push(described(&mut of_locked, &robot));
+    }
+    let forces = |robot: &Robot, states: &[Value]| {
+        let urdf = twinrig_description::urdf(robot).unwrap();
+        let request = json!({ "urdf": urdf, "states": states });
+        python::run(&python, script.as_ref(), &[], &request)
+    };
+    let (found, internal) = (forces(&robot, &free), forces(&without_toes(), &locked));
+    let (found, internal) = (found.as_array().unwrap(), internal.as_array().unwrap());
+    assert_eq!((found.len(), internal.len()), (200, 200));
+    for ((state, found), internal) in free.iter().zip(found).zip(internal) {
+        let torque = |of: &Value, name: &str| of["joints"][name].as_f64().unwrap();
+        // The greatest force by which the trunk accelerates. Rods have 1e-14 kg·m² about their axis in
+        // the description.
+        let scale = robot.mass() * 9.81;
+        let close = |what: &str, found: f64, expected: f64| {
+            let error = (found - expected).abs() / scale;
+            assert!(error < 1e-10, "{what}: {found} {expected}");
+        };
+        for force in found["trunk"].as_array().unwrap() {
+            close("trunk", force.as_f64().unwrap(), 0.0);
+        }
+        for leg in LEGS {
+            for joint in ["hip", "knee", "ankle"] {
+                let name = format!("{leg}_{joint}");
+                close(&name, torque(found, &name), torque(internal, &name));
+            }
+            let name = format!("{leg}_abduction");
+            let rate = state["joints"][&name][1].as_f64().unwrap();
+            close(&name, torque(found, &name), -JOINT.friction * rate);
+        }
     }
 }
 
