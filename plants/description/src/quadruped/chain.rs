@@ -306,7 +306,7 @@ impl Chain {
             return None;
         }
         let at = hinge.at - centre;
-        let (offset, [abduction_max, adduction_max]) = if hip.y < 0.0 {
+        let (offset, [outwards, inwards]) = if hip.y < 0.0 {
             (at.y - hip.y, [-least, greatest])
         } else {
             (hip.y - at.y, [greatest, -least])
@@ -315,8 +315,8 @@ impl Chain {
         Some(Abduction {
             offset,
             height: at.z - hip.z,
-            abduction_max,
-            adduction_max,
+            outwards,
+            inwards,
             friction: positive(hinge.joint.damping),
             torque: positive(hinge.joint.torque),
             speed: positive(hinge.joint.speed),

@@ -12,8 +12,8 @@ pub(crate) struct Abduction {
     pub(crate) offset: f64,
     pub(crate) height: f64,
     /// Greatest angles outwards and inwards \[rad\].
-    pub(crate) abduction_max: f64,
-    pub(crate) adduction_max: f64,
+    pub(crate) outwards: f64,
+    pub(crate) inwards: f64,
     /// Viscous friction, if known \[N·m·s/rad\].
     pub(crate) friction: Option<f64>,
     /// Torque \[N·m\] and speed \[rad/s\] of the drive, if known.

@@ -109,18 +109,8 @@ fn abduction(leg: &Leg, scale: &Scale, lines: &mut Lines) {
             Unit::Meter,
             "of the axis above the hip",
         ),
-        (
-            "abduction_max",
-            joint.abduction_max,
-            Unit::Radian,
-            "outwards",
-        ),
-        (
-            "adduction_max",
-            joint.adduction_max,
-            Unit::Radian,
-            "inwards",
-        ),
+        ("abduction_max", joint.outwards, Unit::Radian, "outwards"),
+        ("adduction_max", joint.inwards, Unit::Radian, "inwards"),
     ] {
         lines.entry(key, &quantity(value, unit), Origin::File, note);
     }

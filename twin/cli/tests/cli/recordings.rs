@@ -323,6 +323,9 @@ fn of_bits(text: &serde_json::Value) -> f64 {
 /// at which the recorded states of its joints put the link.
 #[test]
 fn robot_of_viewers_moves_as_the_recorded_one() {
+    const STANDS: &str = "controller = { kind = 'stand', period = '2 ms' }";
+    const SPLAYED: &str =
+        "controller = { kind = 'stand', period = '2 ms', abduction = 'hold', splay = '5 deg' }";
     let Some(python) = python::python("mcap, mcap_ros2") else {
         return;
     };
@@ -331,9 +334,6 @@ fn robot_of_viewers_moves_as_the_recorded_one() {
         "/../record/tests/read_recording.py"
     );
     let folder = Folder::new("viewers");
-    const STANDS: &str = "controller = { kind = 'stand', period = '2 ms' }";
-    const SPLAYED: &str =
-        "controller = { kind = 'stand', period = '2 ms', abduction = 'hold', splay = '5 deg' }";
     for (name, robot, plant, controller, joints_of) in [
         ("cub", "cheetah-cub", "", STANDS, 12),
         ("oncilla", "oncilla", "", STANDS, 16),

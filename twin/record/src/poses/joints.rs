@@ -20,15 +20,10 @@ pub(super) struct Joints {
 struct Leg {
     angles: usize,
     reference: [f64; 3],
-    /// Of a leg with a joint of abduction: its offset, if it moves.
-    abduction: Option<Option<usize>>,
-}
-
-impl Leg {
+    /// Offset of the angle of abduction, if that joint moves.
+    abduction: Option<usize>,
     /// Number of joints.
-    fn joints(&self) -> usize {
-        3 + usize::from(self.abduction.is_some())
-    }
+    joints: usize,
 }
 
 impl Joints {
@@ -39,12 +34,12 @@ impl Joints {
         for leg in &skeleton.legs {
             let name = &leg.name;
             if let Some(angles) = signals.start(&signal::of_leg(name, signal::ANGLES), 3) {
-                let abduction = leg.abduction.map(|_| leg.abduction_in(signals));
-                names.extend(abduction.map(|_| format!("{name}_abduction")));
+                names.extend(leg.abduction.map(|_| format!("{name}_abduction")));
                 legs.push(Leg {
                     angles,
                     reference: leg.reference,
-                    abduction,
+                    abduction: leg.abduction_in(signals),
+                    joints: 3 + usize::from(leg.abduction.is_some()),
                 });
                 names.extend(["hip", "knee", "ankle"].map(|joint| format!("{name}_{joint}")));
             }
@@ -78,8 +73,7 @@ impl Joints {
         self.message.put_stamp(self.stamp, stamp);
         let mut at = self.positions;
         for leg in &self.legs {
-            let abduction = leg.abduction.flatten();
-            let abduction = abduction.map_or(0.0, |offset| values[offset]);
+            let abduction = leg.abduction.map_or(0.0, |offset| values[offset]);
             // The angles are absolute, those of a joint relative to its parent.
             let mut parent = 0.0;
             let angles = [0, 1, 2].map(|joint| {
@@ -87,9 +81,8 @@ impl Joints {
                 angle - std::mem::replace(&mut parent, angle)
             });
             let all = [abduction, angles[0], angles[1], angles[2]];
-            let joints = leg.joints();
-            self.message.put_all(at, &all[4 - joints..]);
-            at += 8 * joints;
+            self.message.put_all(at, &all[4 - leg.joints..]);
+            at += 8 * leg.joints;
         }
         &self.message.bytes
     }
