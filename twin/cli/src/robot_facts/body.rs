@@ -67,7 +67,19 @@ pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegEr
         let extent = places().fold(f64::MIN, f64::max) - places().fold(f64::MAX, f64::min);
         facts.push(Fact::new(key, name, [extent], Unit::Meter, "mount"));
     }
+    facts.extend(lying(robot).map(|fact| fact.and_masses(kinds)));
     Ok(facts)
+}
+
+/// Returns the depth in the ground of a robot that lies on its trunk, if trunks have contact.
+fn lying(robot: &Robot) -> Option<Fact> {
+    let contact = robot.contact?;
+    // Half a toe region less than a spring that begins at the surface.
+    let depth = robot.weight() / (4.0 * contact.stiffness) + 0.5 * contact.toe_region;
+    let keys = "trunk.mass contact.stiffness contact.toe_region";
+    let name = "depth of the trunk on the ground";
+    let fact = Fact::new("trunk_depth", name, [depth], Unit::Meter, keys);
+    Some(fact.with_note("on four corners, under the weight of the robot"))
 }
 
 impl Fact {
