@@ -86,7 +86,12 @@ fn oncilla_is_cheetah_cub_at_another_scale() {
     let locked = small.sections.iter().flat_map(|section| &section.facts);
     assert!(locked.into_iter().all(|fact| fact.key != "abduction_range"));
     // 50.03 N on four springs of 27.8 kN/m, and half of 0.33 mm.
-    near(&large, "trunk_depth", 50.03 / (4.0 * 27.8e3) + 0.165e-3, 1e-3);
+    near(
+        &large,
+        "trunk_depth",
+        50.03 / (4.0 * 27.8e3) + 0.165e-3,
+        1e-3,
+    );
     // Comments of the file: 569 mN·m × 14, and 1166 rpm.
     near(&large, "hip_motor_stall", 0.569 * 14.0, 2e-3);
     near(
