@@ -15,9 +15,10 @@ use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCu
 /// Open-loop gait controller of the thesis, section 3.2: coupled oscillators → duty map → foot
 /// locus → inverse kinematics, for every leg.
 ///
-/// No inputs but those of [`Abduction::Capture`], `body/velocity` and `body/rpy`; outputs `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs,
-/// then, with [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each of these, then,
-/// with [`Cpg::with_phase_output`], `leg/X/phase` \[rad\] for each of these, then, with
+/// No inputs but those of [`Abduction::Capture`], `body/velocity` and `body/rpy`; outputs
+/// `leg/X/hip/command` and `leg/X/knee/command` \[rad\] for the selected legs, then, with
+/// [`Cpg::with_abduction`], `leg/X/abduction/command` \[rad\] for each of these, then, with
+/// [`Cpg::with_phase_output`], `leg/X/phase` \[rad\] for each of these, then, with
 /// [`Cpg::with_frequency_of`], `leg/X/frequency` \[Hz\] for one leg. All legs of the robot have an
 /// oscillator whether commanded or not, so the selection does not affect the commands of the
 /// others.

@@ -289,8 +289,8 @@ impl Chain {
 }
 
 impl Chain {
-    /// Returns the joint of abduction of a leg with its hip at `hip`: the only hinge along the trunk,
-    /// with a range that contains zero.
+    /// Returns the joint of abduction of a leg with its hip at `hip`: the only hinge along the
+    /// trunk, with a range that contains zero.
     fn abduction(&self, hip: Vector3<f64>, centre: Vector3<f64>) -> Option<Abduction> {
         let [hinge] = &self.abductions[..] else {
             return None;

@@ -53,9 +53,9 @@ impl SkeletonLeg {
 
 const IDENTITY: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
-/// Frames world → trunk, and for each leg with recorded angles trunk → abductor, if the leg has such
-/// a joint, → upper, middle and lower segment, each at its upper joint, → foot: the links of the
-/// robot description, by their names.
+/// Frames world → trunk, and for each leg with recorded angles trunk → abductor, if the leg has
+/// such a joint, → upper, middle and lower segment, each at its upper joint, → foot: the links of
+/// the robot description, by their names.
 #[derive(Debug, Clone)]
 pub(super) struct Frames {
     position: Option<usize>,

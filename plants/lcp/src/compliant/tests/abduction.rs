@@ -242,8 +242,8 @@ fn described<const A: usize>(flow: &mut CompliantFlow<3, 1, A, 0>, robot: &Robot
     })
 }
 
-/// By the inverse dynamics of Pinocchio, nothing acts on a trunk in flight, friction on the joints of
-/// abduction, and inside the legs that which acts with locked joints.
+/// By the inverse dynamics of Pinocchio, nothing acts on a trunk in flight, friction on the joints
+/// of abduction, and inside the legs that which acts with locked joints.
 #[test]
 fn accelerations_are_those_of_pinocchio() {
     let Some(python) = python::python_of_peers("pinocchio") else {
@@ -271,8 +271,8 @@ fn accelerations_are_those_of_pinocchio() {
     assert_eq!((found.len(), internal.len()), (200, 200));
     for ((state, found), internal) in free.iter().zip(found).zip(internal) {
         let torque = |of: &Value, name: &str| of["joints"][name].as_f64().unwrap();
-        // The greatest force by which the trunk accelerates. Rods have 1e-14 kg·m² about their axis in
-        // the description.
+        // The greatest force by which the trunk accelerates. Rods have 1e-14 kg·m² about their axis
+        // in the description.
         let scale = robot.mass() * 9.81;
         let close = |what: &str, found: f64, expected: f64| {
             let error = (found - expected).abs() / scale;
