@@ -20,10 +20,10 @@ use crate::limb::Limb;
 /// ω y, s + ω x) in stance: its step is L − ω y T long and (s + ω x) T wide. Of a foot, (x, y) is
 /// that at mid-stance.
 ///
-/// With [`Abduction::Capture`] a foot touches down farther to the left, by `capture` \[s\] times
-/// the measured velocity of the trunk to the left, less `sidestep`; in stance this shift is held. A
-/// mass on mass-less legs of the length h stops above the foot for `capture` = √(h/g), the capture
-/// point of the linear inverted pendulum.
+/// With [`Abduction::Capture`] a foot touches down farther to the left by `capture` · (`v_y` −
+/// `sidestep`), where `v_y` is the measured velocity of the trunk to the left; in stance this shift
+/// is held. A mass on massless legs of the length h stops above the foot for `capture` = √(h/g),
+/// the capture point of the linear inverted pendulum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Abduction {
     /// No abduction signals; any `splay` other than 0 is rejected.

@@ -18,14 +18,18 @@ pub(crate) fn ports() -> [Port; 2] {
     ]
 }
 
-/// Returns the horizontal velocity of the trunk to the left of its heading \[m/s\]; zero without
+/// Greatest velocity that counts \[m/s\]: beyond any robot, and its square does not overflow.
+const VELOCITY_MAX: f64 = 1e3;
+
+/// Returns the horizontal velocity of the trunk to the left of its heading \[m/s\]; none without
 /// finite inputs.
-pub(crate) fn velocity_left(inputs: &[f64]) -> f64 {
+pub(crate) fn velocity_left(inputs: &[f64]) -> Option<f64> {
     let [x, y, _, _, _, yaw] = *inputs else {
-        return 0.0;
+        return None;
     };
     let left = libm::cos(yaw) * y - libm::sin(yaw) * x;
-    if left.is_finite() { left } else { 0.0 }
+    let left = left.is_finite().then_some(left)?;
+    Some(left.clamp(-VELOCITY_MAX, VELOCITY_MAX))
 }
 
 /// Share of the way of a foot in swing at phase Θ, from rest to rest.
@@ -42,15 +46,23 @@ pub(crate) struct Shift {
     from: f64,
     /// After it \[m\].
     to: f64,
+    /// Share of the present swing that is done.
+    done: f64,
+    /// Whether phases decrease.
+    is_backward: bool,
 }
 
 impl Shift {
-    /// Aims at a shift \[m\] while the foot swings.
-    pub(crate) fn aim(&mut self, phase: f64, shift: f64) {
+    /// Aims at a shift \[m\] while the foot swings, at phase Θ of a gait of this frequency.
+    pub(crate) fn aim(&mut self, phase: f64, frequency: f64, shift: f64) {
+        self.is_backward = frequency < 0.0;
         if phase < PI {
             self.to = shift;
+            self.done = self.share(phase);
         } else {
-            self.from = self.to;
+            // Noise may take a phase back into the stance before: the foot has not moved then.
+            let held = if self.done > 0.5 { self.to } else { self.from };
+            (self.from, self.to) = (held, held);
         }
     }
 
@@ -58,15 +70,23 @@ impl Shift {
     #[inline]
     pub(crate) fn at(self, phase: f64) -> f64 {
         if phase < PI {
-            self.from + self.change() * swing_share(phase)
+            self.from + (self.to - self.from) * self.share(phase)
         } else {
             self.to
         }
     }
 
-    /// Change by the present swing \[m\].
+    /// Share of the swing that is done at phase Θ.
+    #[inline]
+    fn share(self, phase: f64) -> f64 {
+        let share = swing_share(phase);
+        if self.is_backward { 1.0 - share } else { share }
+    }
+
+    /// Change by the present swing, with the sign that it has where phases increase \[m\].
     pub(crate) fn change(self) -> f64 {
-        self.to - self.from
+        let change = self.to - self.from;
+        if self.is_backward { -change } else { change }
     }
 }
 
@@ -76,29 +96,45 @@ mod tests {
 
     #[test]
     fn shift_changes_in_swing_alone() {
+        for (frequency, [first, middle, last]) in [(2.0, [0.1, 1.0, 3.1]), (-2.0, [3.1, 2.0, 0.1])]
+        {
+            let mut shift = Shift::default();
+            shift.aim(4.0, frequency, 0.03);
+            assert_eq!((shift.at(4.0), shift.at(1.0)), (0.0, 0.0));
+            shift.aim(middle, frequency, 0.02);
+            shift.aim(last, frequency, 0.03);
+            assert!((shift.at(PI / 2.0) - 0.015).abs() < 1e-15);
+            assert!(shift.at(first).abs() < 2e-4 && shift.at(last) > 0.0298);
+            // Stance keeps it, and the next swing begins at it.
+            shift.aim(4.0, frequency, -0.05);
+            shift.aim(first, frequency, -0.01);
+            assert_eq!(shift.at(4.0), -0.01);
+            assert!((shift.at(first) - 0.03).abs() < 2e-4);
+        }
+    }
+
+    #[test]
+    fn a_foot_that_noise_takes_back_into_stance_stays() {
         let mut shift = Shift::default();
-        shift.aim(4.0, 0.03);
-        assert_eq!((shift.at(4.0), shift.at(0.5)), (0.0, 0.0));
-        shift.aim(1.0, 0.02);
-        shift.aim(3.0, 0.03);
-        assert_eq!([shift.at(0.0), shift.at(4.0)], [0.0, 0.03]);
-        assert!((shift.at(PI / 2.0) - 0.015).abs() < 1e-15);
-        // The next swing begins at the place of stance.
-        shift.aim(4.0, -0.05);
-        shift.aim(0.1, -0.01);
-        assert_eq!([shift.at(0.0), shift.at(4.0)], [0.03, -0.01]);
+        shift.aim(3.0, 2.0, 0.03);
+        shift.aim(4.0, 2.0, 0.03);
+        shift.aim(0.01, 2.0, -0.05);
+        shift.aim(6.28, 2.0, -0.05);
+        assert_eq!(shift.at(6.28), 0.03);
     }
 
     #[test]
     fn velocity_to_the_left_is_across_the_heading() {
         let heading = [3.0, -1.0, 0.4, 0.1, 0.2, 0.0];
-        assert_eq!(velocity_left(&heading), -1.0);
+        assert_eq!(velocity_left(&heading), Some(-1.0));
         let [sine, cosine] = [libm::sin(0.7), libm::cos(0.7)];
         // Ahead at 2 m/s and to the left at 0.5 m/s.
         let velocity = [2.0 * cosine - 0.5 * sine, 2.0 * sine + 0.5 * cosine];
         let turned = [velocity[0], velocity[1], 9.0, 0.0, 0.0, 0.7];
-        assert!((velocity_left(&turned) - 0.5).abs() < 1e-15);
+        assert!((velocity_left(&turned).unwrap() - 0.5).abs() < 1e-15);
         let lost = [f64::NAN, 0.0, 0.0, 0.0, 0.0, 0.0];
-        assert_eq!([velocity_left(&lost), velocity_left(&[])], [0.0, 0.0]);
+        assert_eq!([velocity_left(&lost), velocity_left(&[])], [None, None]);
+        let fast = [0.0, 1e300, 0.0, 0.0, 0.0, 0.0];
+        assert_eq!(velocity_left(&fast), Some(VELOCITY_MAX));
     }
 }

@@ -47,14 +47,14 @@ use crate::{Abduction, DutyMap, DutyRule, Gait, GaitError, Oscillators, StanceCu
 /// | `lateral_offset/X` | m | to the leg's length | –, place of the foot to the left (6) |
 /// | `dead_band` | rad | 0 to 0.2 | –, half-width of that of the servos of abduction (6) (7) |
 /// | `lead` | s | 0 to 0.2 | –, time by which commands of abduction are ahead of the phase (6) |
-/// | `capture` | s | 0 to 1 | –, shift of a step to the side by the trunk's velocity (8) |
+/// | `capture` | s | 0 to 1 | –, shift of a step to the side over the velocity of the trunk (8) |
 ///
 /// 1. A hip that is lower than the shortest leg is out of reach.
 /// 2. Wider here, since gaits with negative offsets run well.
 /// 3. At both limits of the thesis tan(θ − π/2) diverges.
 /// 4. Here the limits are harmless.
 /// 5. A sum below 0 counts as 0.
-/// 6. With [`Abduction::Steer`].
+/// 6. With [`Abduction::Steer`] and [`Abduction::Capture`].
 /// 7. Commands are ahead of the motion by it: a servo stops at its border.
 /// 8. With [`Abduction::Capture`].
 ///

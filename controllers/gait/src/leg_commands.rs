@@ -10,7 +10,7 @@ use crate::capture::{self, Shift};
 use crate::limb::Limb;
 use crate::phase_meter::PhaseMeter;
 use crate::phases::Phases;
-use crate::steering::Aside;
+use crate::steering::LateralPlace;
 use crate::variables::{LocusVariables, Variables};
 use crate::{Abduction, FootLocus, GaitError, StanceCurve};
 
@@ -323,8 +323,12 @@ impl LegCommands {
             let (command, beyond_m);
             if let (Some(steering), Some(angle)) = (&steering, abducted.next()) {
                 let shift = &mut self.state.shifts[leg];
-                shift.aim(phases.phase(leg, end), steering.capture_m);
-                let aside = Aside {
+                shift.aim(
+                    phases.phase(leg, end),
+                    phases.frequency(),
+                    steering.capture_m,
+                );
+                let aside = LateralPlace {
                     offset: self.of_locus.lateral_offset(&self.variables, leg),
                     shift: *shift,
                 };

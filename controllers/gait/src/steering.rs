@@ -26,7 +26,7 @@ pub(crate) struct Steering {
 
 /// Place of a foot to the side, beside that of its steps.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Aside {
+pub(crate) struct LateralPlace {
     /// Constant, to the left of the place of `splay` \[m\].
     pub(crate) offset: f64,
     /// By the motion of the trunk.
@@ -55,7 +55,7 @@ impl Steering {
         phases: &impl Phases,
         locus: &FootLocus,
         step_length: f64,
-        aside: Aside,
+        aside: LateralPlace,
     ) -> Placement {
         let (end, frequency) = (limb.corner.end(), phases.frequency());
         let stance_s = phases.stance_share(end) / frequency;
@@ -79,7 +79,7 @@ impl Steering {
 
     /// Returns the step of a foot that is at [x, z] from the hip at mid-stance, and stands for a
     /// time \[s\].
-    fn step(&self, limb: &Limb, [x, z]: [f64; 2], aside: Aside, stance_s: f64) -> Step {
+    fn step(&self, limb: &Limb, [x, z]: [f64; 2], aside: LateralPlace, stance_s: f64) -> Step {
         let outwards = if limb.corner.left { 1.0 } else { -1.0 };
         let middle = limb.place_aside(outwards * self.splay, z) + aside.offset;
         let [hip_x, hip_y, _] = limb.hip;

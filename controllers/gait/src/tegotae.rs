@@ -34,8 +34,8 @@ const RATE_MAX: f64 = 1000.0;
 /// `x_c` = 0.
 ///
 /// Inputs: the load \[N\] of each selected leg, by default `leg/X/foot/load`
-/// ([`Tegotae::with_load`]). A negative or infinite load, and NaN, are no load. Outputs are those
-/// of [`crate::Cpg`].
+/// ([`Tegotae::with_load`]). A negative or infinite load, and NaN, are no load. Then those of
+/// [`Abduction::Capture`], as of [`crate::Cpg`], of which the outputs are, too.
 ///
 /// # Process variables
 ///
@@ -47,7 +47,7 @@ const RATE_MAX: f64 = 1000.0;
 /// | `phase_noise` | rad | 0 to 100 | –, standard deviation that a second adds to the phase |
 ///
 /// and `step_length`, `step_length_offset/X`, `ramp`, `crouch`, `splay`, `turn`, `sidestep`,
-/// `lateral_offset/X`, `dead_band`, `lead` and the variables of the foot locus as of
+/// `lateral_offset/X`, `dead_band`, `lead`, `capture` and the variables of the foot locus as of
 /// [`crate::Cpg`]. A change takes effect at the next step.
 ///
 /// The load at an iteration counts for the whole time since the one before, over which θ is exact.

@@ -346,16 +346,18 @@ proptest! {
 
     #[test]
     fn outputs_are_finite_for_any_variables(
-        values in prop::collection::vec((0..36_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
-        millis in 0..10_000_u64,
+        values in prop::collection::vec((0..37_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
+        trunk in prop::array::uniform6(any::<f64>()), millis in 0..10_000_u64,
     ) {
-        for mut cpg in [cpg(Gait::Trot), steering::steering()] {
+        for mut cpg in [cpg(Gait::Trot), steering::steering(), steering::capturing()] {
             for (index, value) in &values {
                 // Most values are out of range: an error, and the variable is unchanged.
                 let _ = cpg.set_variable(*index, *value);
                 let mut outputs = vec![0.0; cpg.ports().len()];
-                cpg.step(SimDuration::from_millis(millis), &[], &mut outputs);
+                cpg.step(SimDuration::from_millis(millis), &trunk, &mut outputs);
                 prop_assert!(outputs.iter().all(|output| output.is_finite()), "{:?}", outputs);
+                let worst = cpg.limit_violations().into_iter().map(|limit| limit.worst_m);
+                prop_assert!(worst.into_iter().all(f64::is_finite));
             }
         }
     }

@@ -218,13 +218,13 @@ impl LocusVariables {
         common.contains(&index) || offsets.contains(&index)
     }
 
-    /// Steps to the side, by a fraction of the motion that is set, of a trunk that moves to the
-    /// left with a velocity \[m/s\].
+    /// Steps to the side, by a fraction of the motion that is set, of a trunk that moves to the left
+    /// with a velocity \[m/s\], if it is measured.
     pub(crate) fn steering(
         &self,
         variables: &[ProcessVariable],
         fraction: f64,
-        left: f64,
+        left: Option<f64>,
     ) -> Steering {
         let value = |index: usize| variables[index].value();
         let capture = fraction * value(self.capture);
@@ -234,7 +234,9 @@ impl LocusVariables {
             sidestep: fraction * value(self.sidestep),
             dead_band: value(self.dead_band),
             lead: value(self.lead),
-            capture_m: capture * (left - fraction * value(self.sidestep)),
+            capture_m: left.map_or(0.0, |left| {
+                capture * (left - fraction * value(self.sidestep))
+            }),
         }
     }
 

@@ -28,7 +28,7 @@ const SEGMENTS: usize = 3;
 ///
 /// Inputs: the joint angles `leg/X/angles` \[rad\] of each selected leg, then the load \[N\] of
 /// each, by default `leg/X/foot/load` ([`Planner::with_load`]). No other part of the plant's state
-/// enters. Outputs: those of the gait, then `planner/distance` \[m\], the distance travelled by its
+/// enters the plan; the gait may have inputs of its own ([`crate::Abduction::Capture`]). Outputs: those of the gait, then `planner/distance` \[m\], the distance travelled by its
 /// own estimate, and `planner/step_change` \[m\].
 ///
 /// 1. *Odometry.* The feet that carry load do not move on the ground, so the trunk travels as far
@@ -57,7 +57,7 @@ const SEGMENTS: usize = 3;
 ///
 /// Nothing is planned before two cycles with the same stride, within 3 %, so the obstacle has to be
 /// some cycles away from the start. The path is taken as straight and the trunk as level: heading
-/// and pitch are not measured. `odometry_offset` is best calibrated by footfalls, as it then
+/// and pitch do not enter the plan. `odometry_offset` is best calibrated by footfalls, as it then
 /// includes the mean pitch.
 #[derive(Debug, Clone)]
 pub struct Planner {

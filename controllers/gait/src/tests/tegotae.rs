@@ -286,7 +286,7 @@ proptest! {
 
     #[test]
     fn outputs_are_finite_for_any_variables_and_loads(
-        values in prop::collection::vec((0..28_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
+        values in prop::collection::vec((0..33_usize, prop_oneof![-10.0..10.0_f64, any::<f64>()]), 0..40),
         loads in prop::array::uniform4(any::<f64>()), millis in 0..10_000_u64, plain in any::<bool>(),
     ) {
         let rule = if plain { FixedPoint::Plain } else { FixedPoint::Compensated };
