@@ -35,7 +35,7 @@ pub(crate) fn quadruped(tree: Tree) -> Result<Quadruped, Problem> {
     let mut notes = Vec::new();
     let chains = chains(&tree, &children, root)?;
     let mut trunk = tree.bodies[root].inertial;
-    for chain in &chains {
+    for chain in chains.iter().filter(|chain| chain.has_abducting_mass()) {
         trunk = trunk.with(&chain.abducting);
     }
     if trunk.mass <= 0.0 {
@@ -58,7 +58,7 @@ pub(crate) fn quadruped(tree: Tree) -> Result<Quadruped, Problem> {
     })
 }
 
-/// Keeps the joints of abduction if all legs have them, and says otherwise.
+/// Keeps the joints of abduction if all legs have them, else locks them, with a note.
 fn abductions(chains: &[Chain], legs: &mut [Leg], notes: &mut Vec<String>) {
     if chains.iter().all(|chain| chain.abductions.is_empty()) {
         return;
@@ -67,9 +67,13 @@ fn abductions(chains: &[Chain], legs: &mut [Leg], notes: &mut Vec<String>) {
         for leg in legs {
             leg.abduction = None;
         }
-        notes.push("the joints of hip abduction are locked at zero".to_owned());
+        notes.push(
+            "the joints of hip abduction are locked at zero: of each leg, one with limits on both \
+             sides of zero would be a joint of the robot file"
+                .to_owned(),
+        );
     }
-    if chains.iter().any(|chain| chain.abducting.mass > 0.0) {
+    if chains.iter().any(Chain::has_abducting_mass) {
         notes.push("the mass of parts that abduct above the hip is that of the trunk".to_owned());
     }
 }

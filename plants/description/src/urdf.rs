@@ -14,6 +14,9 @@ use twinrig_robot::{AbductionAxis, Leg, LegMount, Robot, Servo};
 /// one \[kg·m²\].
 const AXIAL_MOMENT: f64 = 1e-14;
 
+/// Mass of links that abduct, which have none \[kg\].
+const CARRIER_MASS: f64 = 1e-14;
+
 /// Axis of hip, knee and ankle, which are positive forward.
 const ACROSS: &str = "0 -1 0";
 
@@ -34,7 +37,8 @@ macro_rules! line {
 /// that abducts. The frames `LF_inner` and `LF_outer` are the ends of
 /// the parallel rod, `LF_foot` is the contact point.
 ///
-/// A thin rod has no inertia about its axis; its moment about it is 1e-14 kg·m² here.
+/// A thin rod has no inertia about its axis; its moment about it is 1e-14 kg·m² here. The link
+/// `LF_abductor` has no mass, and 1e-14 kg here.
 ///
 /// # Errors
 /// [`LegError`] if a leg makes no pantograph.
@@ -53,7 +57,7 @@ pub fn urdf(robot: &Robot) -> Result<String, LegError> {
 
 /// Losses of the format, for readers of the file.
 const LACKS: &str = "  <!-- SI units, x forward, y left, z up. Joints are zero in the reference pose: legs stretched, feet below the
-       hips, pantographs closed; positive is forward.
+       hips, pantographs closed; positive is forward, and to the left for abduction.
        This file has masses, inertia and kinematics. It lacks, as URDF has no words for them:
        - the parallel rod, which closes a loop: the ankle mimics the knee, as if the rod were rigid. A reader that
          ignores mimic joints has a free ankle;
@@ -115,7 +119,7 @@ fn leg(robot: &Robot, mount: &LegMount, text: &mut String) -> Result<(), LegErro
             mimic: String::new(),
         };
         joint.write(text);
-        line!(text, "  <link name=\"{carrier}\"/>");
+        write_carrier(&carrier, text);
     }
     for (link, joint) in [
         (
@@ -243,6 +247,19 @@ impl Joint {
         }
         line!(text, "  </joint>");
     }
+}
+
+/// Writes a link that turns and has no mass, of which other programs require some.
+fn write_carrier(name: &str, text: &mut String) {
+    line!(text, "  <link name=\"{name}\">");
+    line!(text, "    <inertial>");
+    line!(text, "      <mass value=\"{CARRIER_MASS}\"/>");
+    line!(
+        text,
+        "      <inertia ixx=\"{AXIAL_MOMENT}\" ixy=\"0\" ixz=\"0\" iyy=\"{AXIAL_MOMENT}\" iyz=\"0\" izz=\"{AXIAL_MOMENT}\"/>"
+    );
+    line!(text, "    </inertial>");
+    line!(text, "  </link>");
 }
 
 /// Writes the link of a segment, which points down from its joint.

@@ -14,7 +14,7 @@ const ASKEW_MAX: f64 = 0.05;
 /// Least length of a segment \[m\].
 const LENGTH_MIN: f64 = 1e-4;
 
-/// Least mass of a foot or of the segment above it \[kg\].
+/// Least mass of a foot, of the segment above it, or of parts above a hip \[kg\].
 const MASS_MIN: f64 = 1e-6;
 
 /// Offset of the rod as a share of the shorter of the first two segments, if it is not known.
@@ -289,22 +289,27 @@ impl Chain {
 }
 
 impl Chain {
+    /// Whether parts between trunk and hip have a mass, besides that of a link that must have some.
+    pub(super) fn has_abducting_mass(&self) -> bool {
+        self.abducting.mass >= MASS_MIN
+    }
+
     /// Returns the joint of abduction of a leg with its hip at `hip`: the only hinge along the
     /// trunk, with a range that contains zero.
     fn abduction(&self, hip: Vector3<f64>, centre: Vector3<f64>) -> Option<Abduction> {
         let [hinge] = &self.abductions[..] else {
             return None;
         };
-        let range = hinge.joint.range?.map(|angle| hinge.sense * angle);
-        let range = if hinge.sense < 0.0 {
-            [range[1], range[0]]
-        } else {
-            range
-        };
-        let [least, greatest] = range;
-        if !(-FRAC_PI_2..=0.0).contains(&least) || !(0.0..=FRAC_PI_2).contains(&greatest) {
+        let [mut least, mut greatest] = hinge.joint.range?.map(|angle| hinge.sense * angle);
+        if hinge.sense < 0.0 {
+            (least, greatest) = (greatest, least);
+        }
+        // NaN is on no side of zero.
+        if !(least <= 0.0 && greatest >= 0.0 && least < greatest) {
             return None;
         }
+        // A robot file has angles up to 90°.
+        (least, greatest) = (least.max(-FRAC_PI_2), greatest.min(FRAC_PI_2));
         let at = hinge.at - centre;
         let (offset, [outwards, inwards]) = if hip.y < 0.0 {
             (at.y - hip.y, [-least, greatest])

@@ -147,7 +147,10 @@ fn check(robot: &Robot) -> Imported {
     let imported = import(Language::Urdf, "robot.urdf", &text, None).unwrap();
     let again = read(&imported);
     assert_eq!(again.name, robot.name);
-    for ((name, ours), (_, found)) in described(robot).into_iter().zip(described(&again)) {
+    let (ours, found) = (described(robot), described(&again));
+    assert_eq!(found.len(), ours.len());
+    for ((name, ours), (of, found)) in ours.into_iter().zip(found) {
+        assert_eq!(name, of);
         let deviation = (found - ours).abs();
         assert!(
             deviation <= TOLERANCE * ours.abs(),
@@ -163,6 +166,62 @@ proptest! {
     #[test]
     fn exported_robot_is_read_back_with_its_geometry_and_masses(robot in robots()) {
         check(&robot);
+    }
+}
+
+/// Oncilla's description, in which axes and limits of the left legs are mirrored.
+#[test]
+fn joints_of_abduction_are_read_with_either_sense_of_their_axis() {
+    let robot = RobotFile::find("oncilla", Path::new("")).unwrap();
+    let robot = robot.robot().unwrap();
+    let text = urdf(&robot).unwrap();
+    let axis = robot.legs[0].abduction_axis().unwrap();
+    let [least, greatest] = axis.range;
+    let limits = |least: f64, greatest: f64| format!("lower=\"{least}\" upper=\"{greatest}\"");
+    let left = limits(least, greatest);
+    assert_eq!(text.matches(&left).count(), 2);
+    let read = |text: &str| import(Language::Urdf, "robot.urdf", text, None).unwrap();
+    let mut mirrored = String::new();
+    for joint in text.split_inclusive("</joint>") {
+        let is_left = ["LF_abduction", "LH_abduction"]
+            .iter()
+            .any(|name| joint.contains(&format!("<joint name=\"{name}\"")));
+        if is_left {
+            let turned = joint.replace("<axis xyz=\"1 0 0\"/>", "<axis xyz=\"-1 0 0\"/>");
+            mirrored += &turned.replace(&left, &limits(-greatest, -least));
+        } else {
+            mirrored += joint;
+        }
+    }
+    assert_ne!(mirrored, text);
+    assert_eq!(read(&mirrored).text, read(&text).text);
+    // Beyond a right angle.
+    let wide = read(&text.replace(&left, &limits(least, 3.0)));
+    let joint = self::read(&wide).legs[0].leg.abduction.unwrap();
+    assert!((joint.abduction_max - core::f64::consts::FRAC_PI_2).abs() < 1e-9);
+    // On one side of zero, without travel, or of three legs.
+    for (from, to) in [
+        (left.clone(), limits(0.1, greatest)),
+        (left.clone(), limits(0.0, 0.0)),
+        (
+            "name=\"RH_abduction\" type=\"revolute\"".to_owned(),
+            "name=\"RH_abduction\" type=\"fixed\"".to_owned(),
+        ),
+    ] {
+        assert!(text.contains(&from));
+        let locked = read(&text.replace(&from, &to));
+        assert!(
+            locked
+                .notes
+                .iter()
+                .any(|note| note.contains("are locked at zero"))
+        );
+        assert!(
+            self::read(&locked)
+                .legs
+                .iter()
+                .all(|mount| mount.leg.abduction.is_none())
+        );
     }
 }
 
