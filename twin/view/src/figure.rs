@@ -69,7 +69,8 @@ impl Figure {
     pub(crate) fn of(run: &Run<'_>, columns: &mut Columns) -> Result<Option<Self>, RecordError> {
         let recording = run.shown();
         let frames = recording.frames()?;
-        if frames.times.is_empty() || frames.links.len() < 1 + JOINTS {
+        let legs = frames.legs();
+        if frames.times.is_empty() || legs.is_empty() {
             return Ok(None);
         }
         let seconds: Vec<f64> = frames.times.iter().map(|at| at.as_secs_f64()).collect();
@@ -79,7 +80,7 @@ impl Figure {
             let is_there = sampled.iter().flatten().any(|force| *force != 0.0);
             is_there.then(|| sampled.iter().map(|axis| columns.add(axis)).collect())
         };
-        let legs = frames.legs().into_iter().map(|leg| {
+        let legs = legs.into_iter().map(|leg| {
             let LegLinks { upper, .. } = leg;
             let angle = |link: usize, axis: usize, of: fn(f64, f64) -> f64| {
                 let (sin, cos) = (numbers(&frames, link, axis), numbers(&frames, link, 6));

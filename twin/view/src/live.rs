@@ -20,7 +20,7 @@ pub struct LiveFrame {
     pub trunk: [f64; NUMBERS],
     /// Angles of the segments of each leg relative to their parents, forward \[rad\].
     pub angles: Vec<[f64; JOINTS - 1]>,
-    /// Angle of abduction of each leg, to the left \[rad\]; none if no leg abducts.
+    /// Angle of abduction of each leg, to the left \[rad\]; none if no leg has such a joint.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub abduction: Option<Vec<f64>>,
     /// Force of the ground on each foot \[N\]; its normal component if no other is known.

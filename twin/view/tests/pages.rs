@@ -3,10 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use twinrig_campaign::spread::Magnitude;
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_record::Recording;
 use twinrig_rig::{Assembly, Execution, Registry, StartPerturbation, execute_observed};
+use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_testing::folder::Folder;
+use twinrig_view::live::LivePoses;
 use twinrig_view::{Run, page, picture};
 
 const SCENARIO: &str = "
@@ -40,6 +44,71 @@ fn recorded_from(registry: &Registry, folder: &Path, start: Option<StartPerturba
     };
     execute_observed(&assembly, &execution, &mut ()).unwrap();
     path
+}
+
+/// Samples of the plant, with their instants.
+struct Samples(Vec<(SimTime, Vec<f64>)>);
+
+impl Observer for Samples {
+    fn event(&mut self, _: SimTime, _: RunEvent) {}
+
+    fn samples(&mut self, now: SimTime, group: Group, values: &[f64]) {
+        if group == Group::Plant {
+            self.0.push((now, values.to_vec()));
+        }
+    }
+}
+
+/// The feet of the live figure of a robot whose legs abduct are where the plant has them.
+#[test]
+fn legs_that_abduct_are_drawn_where_they_are() {
+    let scenario = "
+        name = 'splayed'
+        robot = 'oncilla'
+        duration = '400 ms'
+        plant = { model = 'massless', base = 'fixed', abduction = 'free' }
+        controller = { kind = 'stand', period = '2 ms', abduction = 'hold', splay = '12 deg' }
+        record = { signals = ['leg/LF/foot/position', 'leg/RH/foot/position'], frames = '50 Hz' }
+    ";
+    let registry = Registry::standard();
+    let assembly = Assembly::builder(&registry);
+    let assembly = assembly
+        .text("splayed.toml", scenario, "".as_ref())
+        .unwrap();
+    let (mut rig, mut samples) = (assembly.rig().unwrap(), Samples(Vec::new()));
+    rig.run_until(SimTime::ZERO + SimDuration::from_millis(400), &mut samples)
+        .unwrap();
+    let layout = rig.layout(Group::Plant);
+    let poses = LivePoses::new(&assembly, layout).unwrap();
+    let (now, values) = samples.0.last().unwrap();
+    let (figure, frame) = (
+        poses.figure(values).unwrap(),
+        poses.at(*now, values).unwrap(),
+    );
+    let [x, y, z, turn @ ..] = frame.trunk;
+    let attitude = UnitQuaternion::from_quaternion(Quaternion::from(turn));
+    for (leg, name) in [(0, "LF"), (3, "RH")] {
+        let drawn = &figure.legs[leg];
+        assert_eq!(drawn.name, name);
+        let axis = Vector3::from(drawn.abduction.as_ref().unwrap().axis);
+        let aside = frame.abduction.as_ref().unwrap()[leg];
+        assert!(aside.abs() > 0.1, "{aside}");
+        let mut foot = Vector3::from(drawn.offsets[0]) - axis;
+        let mut angle = 0.0;
+        for (joint, by) in frame.angles[leg].into_iter().enumerate() {
+            angle += by;
+            let segment = Rotation3::from_axis_angle(&Vector3::y_axis(), -angle);
+            foot += segment * Vector3::from(drawn.offsets[joint + 1]);
+        }
+        let foot = axis + Rotation3::from_axis_angle(&Vector3::x_axis(), aside) * foot;
+        let found = Vector3::new(x, y, z) + attitude * foot;
+        let range = layout.find(&format!("leg/{name}/foot/position")).unwrap();
+        let expected = Vector3::from_column_slice(&values[range]);
+        assert!(
+            (found - expected).norm() < 1e-12,
+            "{name}: {found} {expected}"
+        );
+    }
 }
 
 #[test]

@@ -39,7 +39,7 @@ pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegEr
             Unit::Meter,
             "trunk.size",
         )
-        .with_note("for display"),
+        .with_note("of its contact, too"),
         Fact::new(
             "trunk_inertia",
             "inertia of the trunk about x … y … z",
@@ -74,8 +74,17 @@ pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegEr
 /// Returns the depth in the ground of a robot that lies on its trunk, if trunks have contact.
 fn lying(robot: &Robot) -> Option<Fact> {
     let contact = robot.contact?;
-    // Half a toe region less than a spring that begins at the surface.
-    let depth = robot.weight() / (4.0 * contact.stiffness) + 0.5 * contact.toe_region;
+    let (toe, spring) = (
+        contact.toe_region,
+        robot.weight() / (4.0 * contact.stiffness),
+    );
+    // The stiffness grows from zero over the toe region: of its square first, then half of it less
+    // than a spring that begins at the surface.
+    let depth = if spring < 0.5 * toe {
+        libm::sqrt(2.0 * toe * spring)
+    } else {
+        spring + 0.5 * toe
+    };
     let keys = "trunk.mass contact.stiffness contact.toe_region";
     let name = "depth of the trunk on the ground";
     let fact = Fact::new("trunk_depth", name, [depth], Unit::Meter, keys);

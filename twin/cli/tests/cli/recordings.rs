@@ -298,7 +298,7 @@ struct Joint {
 
 /// Returns the joints of a URDF, by the link that each moves.
 fn joints(urdf: &str) -> BTreeMap<String, Joint> {
-    let pattern = r#"(?s)<joint name="([^"]+)".*?<origin xyz="(\S+) (\S+) ([^"]+)"(?: rpy="0 (\S+) 0")?/>.*?<parent link="([^"]+)"/>.*?<child link="([^"]+)"/>"#;
+    let pattern = r#"(?s)<joint name="([^"]+)".*?<origin xyz="(\S+) (\S+) ([^"]+)"(?: rpy="0 (\S+) 0")?/>.*?<parent link="([^"]+)"/>.*?<child link="([^"]+)"/>(?:\s*<axis xyz="([^"]+)"/>)?"#;
     let found = Regex::new(pattern).unwrap();
     let number = |text: &str| text.parse::<f64>().unwrap();
     let joint = |found: Captures<'_>| {
@@ -307,7 +307,7 @@ fn joints(urdf: &str) -> BTreeMap<String, Joint> {
             parent: found[6].to_owned(),
             place: [2, 3, 4].map(|n| number(&found[n])),
             pitch: found.get(5).map_or(0.0, |pitch| number(pitch.as_str())),
-            abducts: found[1].ends_with("_abduction"),
+            abducts: found.get(8).is_some_and(|axis| axis.as_str() == "1 0 0"),
         };
         (found[7].to_owned(), joint)
     };

@@ -17,7 +17,8 @@ class Frame:
     name: str
     """``trunk``, ``LF_upper``, ``LF_middle``, ``LF_lower``, ``LF_foot``, …: links of the URDF."""
     parent: str
-    """Frame that moves it: ``world`` for ``trunk``, ``trunk`` for ``LF_upper``, or ``LF_abductor``."""
+    """Frame that moves it: ``world`` for ``trunk``; ``trunk`` or, of a leg with a joint of abduction,
+    ``LF_abductor`` for ``LF_upper``."""
     relative_to: str
     """Frame in which the numbers are: ``world``, or the parent."""
     time: Floats

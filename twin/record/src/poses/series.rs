@@ -35,11 +35,12 @@ impl FrameSeries {
 
     /// Returns the links of the legs.
     pub fn legs(&self) -> Vec<LegLinks> {
-        // Recordings of builds before 0.1.0 have a slash.
+        // Recordings of builds before 0.1.0 have a slash, and name segments by their upper joints.
         let part = |index: usize| self.links[index][1].rsplit_once(['_', '/']);
+        let is_upper = |part: &str| part == UPPER || part == "hip";
         let ends = 1..(self.links.len() + 1).saturating_sub(Self::LEG);
         let legs = ends.filter_map(|upper| {
-            let (name, _) = part(upper).filter(|(_, part)| *part == UPPER)?;
+            let (name, _) = part(upper).filter(|(_, part)| is_upper(part))?;
             Some(LegLinks {
                 name: name.to_owned(),
                 upper,
@@ -117,6 +118,31 @@ mod tests {
 
     use super::*;
     use crate::{Cadence, Digest, Fingerprint, RecordedGroup, Recorder, Recording, RunInfo};
+
+    #[test]
+    fn legs_are_found_by_the_names_of_their_links() {
+        let legs = |names: &str| {
+            let links = names
+                .split(' ')
+                .map(|name| [String::new(), name.to_owned()]);
+            let series = FrameSeries {
+                links: links.collect(),
+                ..FrameSeries::default()
+            };
+            let legs = series.legs().into_iter();
+            let legs = legs.map(|leg| (leg.name, leg.upper, leg.abductor));
+            legs.collect::<Vec<_>>()
+        };
+        let of = |name: &str, upper, abductor| (name.to_owned(), upper, abductor);
+        let two = "trunk LF_upper LF_middle LF_lower LF_foot \
+                   A_B_abductor A_B_upper A_B_middle A_B_lower A_B_foot";
+        assert_eq!(legs(two), [of("LF", 1, None), of("A_B", 6, Some(5))]);
+        let former = "body LF/hip LF/knee LF/ankle LF/foot RF/hip RF/knee RF/ankle RF/foot";
+        assert_eq!(legs(former), [of("LF", 1, None), of("RF", 5, None)]);
+        // Of the recording of another program.
+        assert_eq!(legs("trunk LF_upper LF_middle"), []);
+        assert_eq!(legs("LF_upper"), []);
+    }
 
     #[test]
     fn sampler_collects_the_frames_of_a_recording() {
