@@ -26,8 +26,8 @@
 //! # Limits
 //!
 //! No sensors but loads, velocity and attitude of the trunk ([`Abduction::Capture`]) and, for
-//! [`Planner`], joint angles; no model of ground or body, and no
-//! smoothing of parameter changes. Obstacles are given, not perceived.
+//! [`Planner`], joint angles; no model of ground or body, and no smoothing of parameter changes.
+//! Obstacles are given, not perceived.
 
 mod abduction;
 mod capture;

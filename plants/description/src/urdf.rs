@@ -34,8 +34,8 @@ macro_rules! line {
 /// Returns the robot as URDF, in SI units and radians. Its root is the link `trunk`, whose frame is
 /// at the centre of mass; the joints of the leg `LF` are `LF_hip`, `LF_knee` and `LF_ankle`, zero
 /// in the reference pose and positive forward, and `LF_abduction`, positive to the left, of a leg
-/// that abducts. The frames `LF_inner` and `LF_outer` are the ends of
-/// the parallel rod, `LF_foot` is the contact point.
+/// that abducts. The frames `LF_inner` and `LF_outer` are the ends of the parallel rod, `LF_foot`
+/// is the contact point.
 ///
 /// A thin rod has no inertia about its axis; its moment about it is 1e-14 kg·m² here. The link
 /// `LF_abductor` has no mass, and 1e-14 kg here.
