@@ -218,8 +218,8 @@ impl LocusVariables {
         common.contains(&index) || offsets.contains(&index)
     }
 
-    /// Steps to the side, by a fraction of the motion that is set, of a trunk that moves to the left
-    /// with a velocity \[m/s\], if it is measured.
+    /// Steps to the side, by a fraction of the motion that is set, of a trunk that moves to the
+    /// left with a velocity \[m/s\], if it is measured.
     pub(crate) fn steering(
         &self,
         variables: &[ProcessVariable],

@@ -28,8 +28,9 @@ const SEGMENTS: usize = 3;
 ///
 /// Inputs: the joint angles `leg/X/angles` \[rad\] of each selected leg, then the load \[N\] of
 /// each, by default `leg/X/foot/load` ([`Planner::with_load`]). No other part of the plant's state
-/// enters the plan; the gait may have inputs of its own ([`crate::Abduction::Capture`]). Outputs: those of the gait, then `planner/distance` \[m\], the distance travelled by its
-/// own estimate, and `planner/step_change` \[m\].
+/// enters the plan; the gait may have inputs of its own ([`crate::Abduction::Capture`]). Outputs:
+/// those of the gait, then `planner/distance` \[m\], the distance travelled by its own estimate,
+/// and `planner/step_change` \[m\].
 ///
 /// 1. *Odometry.* The feet that carry load do not move on the ground, so the trunk travels as far
 ///    as they move back relative to it. In flight it keeps its speed.

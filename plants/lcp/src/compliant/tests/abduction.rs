@@ -271,7 +271,8 @@ fn accelerations_are_those_of_pinocchio() {
     assert_eq!((found.len(), internal.len()), (200, 200));
     for ((state, found), internal) in free.iter().zip(found).zip(internal) {
         let torque = |of: &Value, name: &str| of["joints"][name].as_f64().unwrap();
-        // The weight, and its moment at 1 m. Rods have 1e-14 kg·m² about their axis in the description.
+        // The weight, and its moment at 1 m. Rods have 1e-14 kg·m² about their axis in the
+        // description.
         let scale = robot.mass() * 9.81;
         let close = |what: &str, found: f64, expected: f64| {
             let error = (found - expected).abs() / scale;
