@@ -39,7 +39,7 @@ pub(super) fn facts(robot: &Robot, kinds: &[LegKind]) -> Result<Vec<Fact>, LegEr
             Unit::Meter,
             "trunk.size",
         )
-        .with_note("of its contact, too"),
+        .with_note("for display and contact"),
         Fact::new(
             "trunk_inertia",
             "inertia of the trunk about x … y … z",
