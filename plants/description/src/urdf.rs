@@ -252,14 +252,21 @@ impl Joint {
 /// Writes a link that turns and has no mass, of which other programs require some.
 fn write_carrier(name: &str, text: &mut String) {
     line!(text, "  <link name=\"{name}\">");
+    write_rod(CARRIER_MASS, 0.0, AXIAL_MOMENT, text);
+    line!(text, "  </link>");
+}
+
+/// Writes the mass of a rod along z, its centre below the joint \[m\] and its moment across
+/// \[kg·m²\].
+fn write_rod(mass: f64, below: f64, moment: f64, text: &mut String) {
     line!(text, "    <inertial>");
-    line!(text, "      <mass value=\"{CARRIER_MASS}\"/>");
+    line!(text, "      <origin xyz=\"0 0 {}\"/>", -below);
+    line!(text, "      <mass value=\"{mass}\"/>");
     line!(
         text,
-        "      <inertia ixx=\"{AXIAL_MOMENT}\" ixy=\"0\" ixz=\"0\" iyy=\"{AXIAL_MOMENT}\" iyz=\"0\" izz=\"{AXIAL_MOMENT}\"/>"
+        "      <inertia ixx=\"{moment}\" ixy=\"0\" ixz=\"0\" iyy=\"{moment}\" iyz=\"0\" izz=\"{AXIAL_MOMENT}\"/>"
     );
     line!(text, "    </inertial>");
-    line!(text, "  </link>");
 }
 
 /// Writes the link of a segment, which points down from its joint.
@@ -272,14 +279,7 @@ fn write_segment(name: &str, segment: Segment, text: &mut String) {
         moment,
     } = segment;
     line!(text, "  <link name=\"{name}\">");
-    line!(text, "    <inertial>");
-    line!(text, "      <origin xyz=\"0 0 {}\"/>", -centre);
-    line!(text, "      <mass value=\"{mass}\"/>");
-    line!(
-        text,
-        "      <inertia ixx=\"{moment}\" ixy=\"0\" ixz=\"0\" iyy=\"{moment}\" iyz=\"0\" izz=\"{AXIAL_MOMENT}\"/>"
-    );
-    line!(text, "    </inertial>");
+    write_rod(mass, centre, moment, text);
     line!(text, "    <visual>");
     line!(
         text,
