@@ -25,6 +25,7 @@ examples! {
     "bench-stall"
     "fall"
     "first-contact"
+    "gets-up"
     "hard-stop"
     "ice"
     "leg-drop"

@@ -1,6 +1,6 @@
 //! Claims about the trunk.
 
-use twinrig_kernel::{SimTime, Unit};
+use twinrig_kernel::{SimDuration, SimTime, Unit};
 
 use crate::language::Words;
 use crate::limits::Limits;
@@ -30,6 +30,24 @@ pub enum BodyClaim {
     },
     /// Recovery from a disturbance: quantities with their tolerances.
     Recovers(Recovery, Vec<(TrunkQuantity, f64)>),
+    /// Rising from lying to standing.
+    GetsUp(GetsUp),
+}
+
+/// Rising of the trunk: it lies where roll or pitch reach `lying`, and stands where neither exceeds
+/// `tilt` and its height is `height` at least, without interruption for `hold`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GetsUp {
+    /// Greatest time from the first instant at which it lies to that from which on it stands.
+    pub within: SimDuration,
+    /// \[rad\]
+    pub lying: f64,
+    /// \[rad\]
+    pub tilt: f64,
+    /// Share of the height in the first observation of the run.
+    pub height: f64,
+    /// Time for which it stands.
+    pub hold: SimDuration,
 }
 
 /// Measure of the trunk.

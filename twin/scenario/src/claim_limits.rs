@@ -12,9 +12,10 @@ impl Claim {
             Claim::Gait(claim) => Some(&claim.limits),
             Claim::Body(claim) => match claim {
                 BodyClaim::Limited(_, limits) => Some(limits),
-                BodyClaim::Upright { .. } | BodyClaim::Settles { .. } | BodyClaim::Recovers(..) => {
-                    None
-                }
+                BodyClaim::Upright { .. }
+                | BodyClaim::Settles { .. }
+                | BodyClaim::Recovers(..)
+                | BodyClaim::GetsUp(_) => None,
             },
             Claim::Timing(claim) => Some(&claim.limits),
             Claim::Signal(claim) => match &claim.mode {

@@ -14,7 +14,7 @@ impl Claim {
             Claim::Body(claim) => match claim {
                 BodyClaim::Limited(measure, _) => measure.unit(),
                 BodyClaim::Upright { .. } | BodyClaim::Settles { .. } => Unit::Meter,
-                BodyClaim::Recovers(..) => Unit::Second,
+                BodyClaim::Recovers(..) | BodyClaim::GetsUp(_) => Unit::Second,
             },
             Claim::Timing(claim) => claim.measure.unit(),
             Claim::Signal(claim) => match claim.mode {

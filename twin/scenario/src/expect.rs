@@ -84,7 +84,9 @@ impl Claim {
         match self {
             Claim::Footstep(_) | Claim::Gait(_) | Claim::Body(BodyClaim::Recovers(..)) => true,
             Claim::Body(BodyClaim::Limited(measure, _)) => measure.requires_upright_robot(),
-            Claim::Body(BodyClaim::Upright { .. } | BodyClaim::Settles { .. })
+            Claim::Body(
+                BodyClaim::Upright { .. } | BodyClaim::Settles { .. } | BodyClaim::GetsUp(_),
+            )
             | Claim::Timing(_)
             | Claim::Signal(_)
             | Claim::Compare(_)

@@ -112,7 +112,7 @@ mod sequence;
 mod until;
 
 pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
-pub use body::{Along, BodyClaim, BodyMeasure};
+pub use body::{Along, BodyClaim, BodyMeasure, GetsUp};
 pub use catalogue::{Catalogue, Kind, Standalone, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};
 pub use expect::{

@@ -99,6 +99,7 @@ impl Expectation {
                 mode: SignalMode::Eventually(_, within),
                 ..
             }) => *within,
+            Claim::Body(BodyClaim::GetsUp(claim)) => Some(claim.within),
             Claim::Sequence(SequenceClaim { relation, .. }) => match *relation {
                 Relation::Then(within) => Some(within),
                 Relation::Before(within) => within,

@@ -109,6 +109,7 @@ fn trunk_elements(claim: &BodyClaim) -> &'static [(&'static str, usize)] {
         BodyClaim::Upright { .. } => &[HEIGHT, ROLL, PITCH],
         BodyClaim::Settles { .. } => &[(BODY_POSITION, 0), (BODY_POSITION, 1), HEIGHT],
         BodyClaim::Recovers(..) => &[HEIGHT, ROLL, PITCH, YAW],
+        BodyClaim::GetsUp(_) => &[],
     }
 }
 

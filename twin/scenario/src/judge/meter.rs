@@ -4,6 +4,7 @@
 use twinrig_kernel::SimTime;
 
 use super::bounds::Bounds;
+use super::gets_up::GetsUpMeter;
 use super::outcome::Finding;
 use super::recovery::RecoveryMeter;
 use super::settling::Settling;
@@ -49,6 +50,8 @@ pub(crate) enum Meter {
     Upright(Upright, bool),
     /// Recovery from a disturbance.
     Recovers(RecoveryMeter),
+    /// Rising from lying to standing.
+    GetsUp(GetsUpMeter),
 }
 
 /// Sample of an element with the greatest margin.
@@ -109,6 +112,7 @@ impl Meter {
             Meter::Twist(twist) => twist.sample(now, values),
             Meter::Upright(upright, _) => upright.sample(now, values),
             Meter::Recovers(recovery) => return recovery.sample(now, values),
+            Meter::GetsUp(rising) => return rising.sample(now, values),
         }
         true
     }
@@ -116,8 +120,14 @@ impl Meter {
     /// Evaluates samples outside the meter's window.
     #[inline]
     pub fn outside(&mut self, values: &[f64]) {
-        if let Meter::Upright(upright, _) = self {
-            upright.record_standing_height(values);
+        match self {
+            Meter::Upright(upright, _) => {
+                upright.record_standing_height(values);
+            }
+            Meter::GetsUp(rising) => {
+                rising.record_standing_height(values);
+            }
+            _ => {}
         }
     }
 
@@ -151,6 +161,7 @@ impl Meter {
             Meter::Twist(twist) => twist.finding(),
             Meter::Upright(upright, _) => upright.finding(),
             Meter::Recovers(recovery) => recovery.finding(),
+            Meter::GetsUp(rising) => rising.finding(),
         }
     }
 }

@@ -11,6 +11,7 @@ mod fall;
 mod footstep;
 mod gait;
 mod gaited;
+mod gets_up;
 mod labels;
 mod load_cycle;
 mod meter;

@@ -7,6 +7,7 @@ use super::condition::SampledCondition;
 use super::cycle::CycleMeter;
 use super::footstep::Thresholds;
 use super::gait::GaitMeter;
+use super::gets_up::GetsUpMeter;
 use super::labels::labels;
 use super::meter::{Meter, Nearest};
 use super::recovery::{QuantitySource, RecoveringQuantity, RecoveryMeter};
@@ -148,6 +149,11 @@ fn body(
             });
             let meter = RecoveryMeter::new(*recovery, end, quantities.collect());
             (channel, Meter::Recovers(meter))
+        }
+        BodyClaim::GetsUp(claim) => {
+            let (channel, position, rpy) = trunk.pose()?;
+            let meter = GetsUpMeter::new(*claim, position + 2, rpy);
+            (channel, Meter::GetsUp(meter))
         }
     };
     Ok((channel, MonitorKind::Signal(meter)))

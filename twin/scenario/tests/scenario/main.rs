@@ -7,6 +7,7 @@ mod compare;
 mod falls;
 mod footsteps;
 mod gait;
+mod gets_up;
 mod judge;
 mod language;
 mod malformed;

@@ -7,7 +7,7 @@ use twinrig_runtime::{Group, Observer, RunEvent};
 use twinrig_scenario::{Judge, Layouts, LegFact, RunEnd, Scene};
 
 /// One expectation of each kind.
-const EXPECTATIONS: [&str; 36] = [
+const EXPECTATIONS: [&str; 37] = [
     "footstep = { slip = { max = '1 mm' } }",
     "footstep = { slip_share = { max = 0.3 } }",
     "footstep = { stance = { max = '1 s' } }",
@@ -29,6 +29,7 @@ const EXPECTATIONS: [&str; 36] = [
     "body = { speed = { max = '1 m/s' } }",
     "body = { yaw_drift = { max = '1 deg' } }",
     "body = { settles = { within = '1 mm', by = '9 s' } }",
+    "body = { gets_up = { within = '9 s' } }",
     "signal = { name = 'leg/*/cable/tension', always = { max = '2 N' } }",
     "signal = { name = 'leg/*/cable/tension', eventually = { max = '2 N' } }",
     "compare = { signal = 'leg/LF/foot/load', with = 'leg/RF/foot/load', error = { max = '1 N' } }",

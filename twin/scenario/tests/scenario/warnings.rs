@@ -68,6 +68,14 @@ fn times_beyond_the_end_are_reported() {
             "[[expect]]\nsignal = { name = 'x', eventually = { min = 1 }, within = '5 s' }\nafter = '5 s'",
             None,
         ),
+        (
+            "[[expect]]\nbody = { gets_up = { within = '6 s' } }\nafter = '5 s'",
+            Some(("within-beyond-end", 13)),
+        ),
+        (
+            "[[expect]]\nbody = { gets_up = { within = '5 s' } }\nafter = '5 s'",
+            None,
+        ),
         ("[actuator]\nlag = '11 s'", Some(("lag-beyond-run", 13))),
         (
             "[actuator]\nknee = { lag = '11 s' }",

@@ -3,6 +3,7 @@
 use twinrig_document::Item;
 use twinrig_kernel::{SimDuration, SimTime};
 
+use crate::body::BodyClaim;
 use crate::expect::{Claim, Expectation};
 use crate::read::{code, print_duration};
 
@@ -18,15 +19,19 @@ pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDurati
         let message = format!("there is no observation from `by` on: {ends}");
         by.warn(code::BY, message, "give an earlier time");
     }
+    let is_rising = matches!(expectation.claim, Claim::Body(BodyClaim::GetsUp(_)));
+    let rising = subject.peek("gets_up").filter(|_| is_rising);
+    let claimed = rising.as_ref().unwrap_or(subject);
     let until = expectation
         .within()
         .map(|within| expectation.after.checked_add(within));
     if until.is_some_and(|until| until.is_none_or(|until| until > end))
-        && let Some(within) = subject.peek("within")
+        && let Some(within) = claimed.peek("within")
     {
         let message = format!("`within` reaches beyond the end: {ends}");
         let help = match expectation.claim {
             Claim::Sequence(_) => "no time window of this length is observed completely",
+            Claim::Body(_) => "it counts from the instant at which the trunk lies",
             _ => "it counts from `after` on",
         };
         within.warn(code::WITHIN, message, help);

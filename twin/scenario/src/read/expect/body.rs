@@ -4,6 +4,7 @@ use twinrig_document::{Item, Reported};
 use twinrig_kernel::Unit;
 
 use super::context::Context;
+use super::gets_up::{gets_up, gets_up_table};
 use super::one_of::one_of;
 use super::recovery::{self, body_recovers_table};
 use super::settles::{settles, settles_table};
@@ -57,6 +58,9 @@ table! {
         "recovery from a disturbance",
         r#"recovers = { after = "3 s", within = "2 s", roll = "2 deg", height = "5 mm" }"#,
         one_of();
+    GETS_UP: BodyClaim = "gets_up",
+        Type::new(Shape::Table(gets_up_table::TABLE), |item, _| gets_up(item)),
+        "rising from lying to standing", r#"gets_up = { within = "5 s" }"#, one_of();
 }
 
 /// Reads `body = { … }`.

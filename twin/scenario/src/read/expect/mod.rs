@@ -8,6 +8,7 @@ mod condition;
 mod context;
 mod footstep;
 mod gait;
+mod gets_up;
 mod one_of;
 mod recovery;
 mod sequence;
