@@ -86,7 +86,9 @@ impl GetsUpMeter {
         let time = up_at.unwrap_or(last_at) - lies_at;
         // The last observation may be that of a trunk that stands, though not for long enough yet.
         if up_at.is_none() && time < within + hold {
-            return Finding::unobserved("the observation ended before `within` and `hold` were over");
+            return Finding::unobserved(
+                "the observation ended before `within` and `hold` were over",
+            );
         }
         let comparison = Limits::at_most(seconds(within)).compare(seconds(time), seconds(time));
         let detail = match up_at {
