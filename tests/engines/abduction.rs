@@ -1,4 +1,4 @@
-//! Legs that abduct, in MuJoCo.
+//! Legs that abduct, in the engines.
 
 use twinrig::kernel::SimDuration;
 use twinrig::scenario::Verdict;
@@ -55,9 +55,22 @@ fn mujoco_moves_the_feet_as_the_full_plant() {
     assert!(rms(&reference, &locked) > 1e-2);
 }
 
+/// With servos: an ideal drive that jumps by 12° in a step takes a torque of 240 N·m, which the
+/// engine spreads over more of them.
+#[test]
+fn rapier_moves_the_feet_as_the_full_plant() {
+    let servos = ("actuator.kind", "'servo'");
+    let distance = rms(
+        &track(&[servos]),
+        &track(&[servos, ("plant.model", "'rapier'")]),
+    );
+    assert!(distance < 1e-3, "{distance} m");
+}
+
 #[test]
 fn unplugged_servo_board_changes_the_motion_of_legs_that_abduct() {
     assert_legs_follow_the_servo_board("mujoco");
+    assert_legs_follow_the_servo_board("rapier");
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub enum LeggedError {
     /// The plant locks the joints of abduction.
     #[error(
         "{plant} has no joints of abduction: choose `abduction = \"locked\"`, or a plant that has them: \
-         `massless`, `mujoco`, or `lcp` with compliant constraints and without a toe joint"
+         `massless` or `lcp` with compliant constraints and without a toe joint, `mujoco`, or `rapier`"
     )]
     AbductionLocked {
         /// The plant.

@@ -306,6 +306,17 @@ impl Setup {
         }
     }
 
+    /// Returns the selected legs, with joints of abduction where these are not locked.
+    ///
+    /// # Errors
+    /// As [`Self::abducting_mounts`].
+    pub fn mounts<'r>(&self, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
+        match self.abduction {
+            Abduction::Locked => self.selected_mounts(robot),
+            _ => self.abducting_mounts(robot),
+        }
+    }
+
     /// Checks that the joints of abduction are locked, as `plant` requires.
     ///
     /// # Errors

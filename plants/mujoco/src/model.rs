@@ -3,7 +3,7 @@
 use twinrig_actuator::PositionServo;
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_legged::{
-    Abduction, Base, Contacts, DriveModels, LeggedError, Posture, Segment, Setup, positive,
+    Abduction, Base, Contacts, DriveModels, LeggedError, Posture, Segment, positive,
 };
 use twinrig_robot::leg::Pantograph;
 use twinrig_robot::{AbductionAxis, LegMount, Payload, Robot};
@@ -119,7 +119,7 @@ impl Model {
         options.numerics.check()?;
         let setup = &options.setup;
         let ground = setup.ground.as_ref().map(ground_model).transpose()?;
-        let mounts = mounts(setup, robot)?;
+        let mounts = setup.mounts(robot)?;
         let friction = setup.ground.as_ref().map(|ground| ground.friction);
         let legs = mounts.iter().enumerate();
         let contacts = setup.reaching_contacts(robot)?;
@@ -266,15 +266,6 @@ impl LegModel {
             pulley_position: [x, y, z * (index + 1) as f64],
             pantograph,
         })
-    }
-}
-
-/// Returns the selected legs, with joints of abduction where these are not locked.
-fn mounts<'r>(setup: &Setup, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
-    if setup.abduction == Abduction::Locked {
-        setup.selected_mounts(robot)
-    } else {
-        setup.abducting_mounts(robot)
     }
 }
 

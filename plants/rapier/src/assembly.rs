@@ -14,13 +14,16 @@ use serde::{Deserialize, Serialize};
 use twinrig_legged::{Base, LegPosture, Posture};
 
 use crate::body_colliders::{self, BodyHandles};
-use crate::conversion::{link_attitude, rotation, to_engine};
-use crate::model::{BodyPoint, CABLE, FOOT, KNEE_STOPS, Leg, Model, Point, ROPES, TRUNK};
+use crate::conversion::{abducted, link_attitude, rotation, to_engine};
+use crate::model::{BodyPoint, CABLE, Carrier, FOOT, KNEE_STOPS, Leg, Model, Point, ROPES, TRUNK};
 use crate::options::{Joints, Options};
 use crate::world::Sets;
 
-/// Axis of the joints on the trunk; positive angles swing forward.
+/// Axis of the joints of a leg; positive angles swing forward.
 pub(crate) const AXIS: Vector = Vector::new(0.0, -1.0, 0.0);
+
+/// Axis of abduction on the trunk; positive angles swing to the left.
+pub(crate) const ABDUCTION: Vector = Vector::X;
 
 /// Index of the knee among the joints of a leg.
 const KNEE: usize = 1;
@@ -37,6 +40,8 @@ pub(crate) struct Handles {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct LegHandles {
     pub(crate) segments: [RigidBodyHandle; 3],
+    /// Carrier of a leg that abducts.
+    pub(crate) carrier: Option<CarrierHandles>,
     /// None for the cable if there are no drives, and for stops that are limits of a joint.
     pub(crate) ropes: [Option<ImpulseJointHandle>; ROPES],
     pub(crate) hip: Option<ImpulseJointHandle>,
@@ -44,10 +49,21 @@ pub(crate) struct LegHandles {
     pub(crate) contact: Option<[ColliderHandle; 2]>,
 }
 
+/// Handles of the carrier of a leg that abducts.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct CarrierHandles {
+    pub(crate) body: RigidBodyHandle,
+    /// Its hinge on the trunk, whose limits are the stops.
+    pub(crate) hinge: ImpulseJointHandle,
+    /// Motor, if it has a servo.
+    pub(crate) drive: Option<ImpulseJointHandle>,
+}
+
 impl LegHandles {
-    /// Returns the handle of a segment, or of the trunk.
+    /// Returns the handle of a segment, or of the body above them.
     pub(crate) fn body(&self, trunk: RigidBodyHandle, body: usize) -> RigidBodyHandle {
-        self.segments.get(body).copied().unwrap_or(trunk)
+        let above = || self.carrier.map_or(trunk, |carrier| carrier.body);
+        self.segments.get(body).copied().unwrap_or_else(above)
     }
 }
 
@@ -66,8 +82,14 @@ impl Motion {
     }
 }
 
-/// Assembles the robot at a posture, whose attitude has a nonzero norm.
-pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (Sets, Handles) {
+/// Assembles the robot at a posture, whose attitude has a nonzero norm, with angle and rate of
+/// abduction of each leg \[rad, rad/s\].
+pub(crate) fn assemble(
+    model: &Model,
+    options: &Options,
+    posture: &Posture,
+    abduction: &[[f64; 2]],
+) -> (Sets, Handles) {
     let mut sets = Sets::new();
     let attitude = rotation(posture.attitude).unwrap_or(Rotation::IDENTITY);
     let trunk = Motion {
@@ -80,13 +102,24 @@ pub(crate) fn assemble(model: &Model, options: &Options, posture: &Posture) -> (
     for (i, leg) in model.legs.iter().enumerate() {
         let at = posture.legs.iter().find(|(name, _)| *name == leg.name);
         let at = at.map_or_else(LegPosture::default, |(_, at)| *at);
-        legs.push(insert_leg(
-            model,
-            options,
-            (i, leg, &at),
-            (&trunk, handle),
-            &mut sets,
-        ));
+        let carrier = leg.carrier.as_ref().map(|carrier| {
+            insert_carrier(
+                model,
+                options,
+                (carrier, abduction[i]),
+                (&trunk, handle),
+                &mut sets,
+            )
+        });
+        let (above, on) = match &carrier {
+            Some((motion, carrier)) => (motion, carrier.body),
+            None => (&trunk, handle),
+        };
+        let parts = insert_leg(model, options, (i, leg, &at), (above, on), &mut sets);
+        legs.push(LegHandles {
+            carrier: carrier.map(|(_, carrier)| carrier),
+            ..parts
+        });
     }
     for (_, body) in sets.bodies.iter_mut() {
         // The engine would do so in its first step only, but `Machine::response` reads them before.
@@ -156,20 +189,64 @@ fn dynamic(motion: &Motion, mass: f64, inertia: Vector) -> RigidBodyBuilder {
         .can_sleep(false)
 }
 
+/// Inserts a carrier with its hinge at an angle and a rate \[rad, rad/s\].
+fn insert_carrier(
+    model: &Model,
+    options: &Options,
+    (carrier, [angle, rate]): (&Carrier, [f64; 2]),
+    (trunk, on): (&Motion, RigidBodyHandle),
+    sets: &mut Sets,
+) -> (Motion, CarrierHandles) {
+    let place = trunk.pose.transform_point(carrier.place);
+    let motion = Motion {
+        pose: Pose::from_parts(place, trunk.pose.rotation * abducted(angle)),
+        velocity: trunk.at(place),
+        turning: trunk.turning + trunk.pose.rotation * ABDUCTION * rate,
+    };
+    let inertia = Vector::splat(carrier.moment);
+    let body = sets.bodies.insert(dynamic(&motion, carrier.mass, inertia));
+    let hinge = RevoluteJointBuilder::new(ABDUCTION)
+        .local_anchor1(carrier.place)
+        .local_anchor2(Vector::ZERO)
+        .limits(carrier.axis.range);
+    let mut hinge: GenericJoint = hinge.build().into();
+    hinge.softness = options.solver.joint_softness.coefficients();
+    let hinge = sets.impulse_joints.insert(on, body, hinge, true);
+    let drive = model
+        .abduction
+        .map(|_| insert_drive(ABDUCTION, [on, body], sets));
+    (motion, CarrierHandles { body, hinge, drive })
+}
+
+/// Inserts a motor about an axis of both bodies.
+fn insert_drive(
+    axis: Vector,
+    [on, body]: [RigidBodyHandle; 2],
+    sets: &mut Sets,
+) -> ImpulseJointHandle {
+    let drive = GenericJointBuilder::new(JointAxesMask::empty())
+        .local_axis1(axis)
+        .local_axis2(axis)
+        .motor_model(JointAxis::AngX, MotorModel::ForceBased)
+        .build();
+    sets.impulse_joints.insert(on, body, drive, true)
+}
+
+/// Inserts a leg below the body `on`.
 fn insert_leg(
     model: &Model,
     options: &Options,
     (i, leg, at): (usize, &Leg, &LegPosture),
-    (trunk, trunk_handle): (&Motion, RigidBodyHandle),
+    (base, on): (&Motion, RigidBodyHandle),
     sets: &mut Sets,
 ) -> LegHandles {
-    let mut above = *trunk;
-    let mut joint = trunk.pose.transform_point(leg.hip);
-    let mut handles = [trunk_handle; 3];
+    let mut above = *base;
+    let mut joint = base.pose.transform_point(leg.hip);
+    let mut handles = [on; 3];
     for (k, segment) in leg.segments.iter().enumerate() {
-        let attitude = trunk.pose.rotation * link_attitude(at.angles[k]);
+        let attitude = base.pose.rotation * link_attitude(at.angles[k]);
         let down = attitude * Vector::new(0.0, 0.0, -1.0);
-        let turning = trunk.turning + trunk.pose.rotation * AXIS * at.rates[k];
+        let turning = base.turning + base.pose.rotation * AXIS * at.rates[k];
         let centre = joint + down * segment.centre;
         let motion = Motion {
             pose: Pose::from_parts(centre, attitude),
@@ -179,7 +256,7 @@ fn insert_leg(
         let along = options.axial_share * segment.moment;
         let inertia = Vector::new(segment.moment, segment.moment, along);
         handles[k] = sets.bodies.insert(dynamic(&motion, segment.mass, inertia));
-        let upper = if k == 0 { trunk_handle } else { handles[k - 1] };
+        let upper = if k == 0 { on } else { handles[k - 1] };
         let revolute = RevoluteJointBuilder::new(AXIS)
             .local_anchor1(above.pose.inverse_transform_point(joint))
             .local_anchor2(Vector::new(0.0, 0.0, segment.centre));
@@ -210,19 +287,15 @@ fn insert_leg(
         joint += down * segment.length;
         above = motion;
     }
-    let ropes = insert_ropes(model, options, leg, (trunk_handle, handles), sets);
+    let ropes = insert_ropes(model, options, leg, (on, handles), sets);
     LegHandles {
         segments: handles,
+        carrier: None,
         ropes,
-        hip: model.drives.is_some().then(|| {
-            let drive = GenericJointBuilder::new(JointAxesMask::empty())
-                .local_axis1(AXIS)
-                .local_axis2(AXIS)
-                .motor_model(JointAxis::AngX, MotorModel::ForceBased)
-                .build();
-            sets.impulse_joints
-                .insert(trunk_handle, handles[0], drive, true)
-        }),
+        hip: model
+            .drives
+            .is_some()
+            .then(|| insert_drive(AXIS, [on, handles[0]], sets)),
         contact: insert_foot(model, leg, i, handles[2], sets),
     }
 }

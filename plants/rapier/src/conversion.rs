@@ -31,3 +31,9 @@ pub(crate) fn link_attitude(angle: f64) -> Rotation {
     let (sin, cos) = libm::sincos(0.5 * angle);
     Rotation::from_xyzw(0.0, -sin, 0.0, cos)
 }
+
+/// Returns the attitude of the carrier of a leg at this angle of abduction relative to the trunk.
+pub(crate) fn abducted(angle: f64) -> Rotation {
+    let (sin, cos) = libm::sincos(0.5 * angle);
+    Rotation::from_xyzw(sin, 0.0, 0.0, cos)
+}

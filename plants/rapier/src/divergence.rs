@@ -7,7 +7,7 @@ use rapier3d_f64::math::Vector;
 use twinrig_kernel::signal;
 use twinrig_robot::GRAVITY;
 
-use crate::model::Point;
+use crate::model::{Point, TRUNK};
 use crate::robot::{Machine, View};
 
 /// Limit of joint gaps and stop violations, as a share of the leg's shortest segment.
@@ -130,7 +130,11 @@ impl Machine {
     fn joint_gap(&self, leg: usize, view: &View) -> f64 {
         let model = &self.model.legs[leg];
         let mut worst = 0.0_f64;
-        let mut joint = self.trunk().pose.transform_point(model.hip);
+        if let Some(carrier) = &model.carrier {
+            let hinge = self.trunk().pose.transform_point(carrier.place);
+            worst = (view.bodies[TRUNK].pose.translation - hinge).length();
+        }
+        let mut joint = view.bodies[TRUNK].pose.transform_point(model.hip);
         for (body, segment) in model.segments.iter().enumerate() {
             let end = |along: f64| Point {
                 body,
@@ -151,7 +155,13 @@ impl Machine {
         let angles = self.state.legs[leg].angles;
         let knee = model.pantograph.joints(angles);
         let diagonal = model.pantograph.diagonal_of(knee).value;
+        let swing = model.carrier.map_or(0.0, |carrier| {
+            let ([least, greatest], angle) =
+                (carrier.axis.range, self.state.legs[leg].abduction.angle);
+            model.segments[0].length * (least - angle).max(angle - greatest)
+        });
         [
+            swing,
             model.l_delta * (angles[0] - angles[2]),
             model.pantograph.parallel_of(knee).value - model.parallel_max,
             diagonal - model.pantograph.diagonal_max(),

@@ -251,6 +251,11 @@ pub enum RapierError {
         "trunk, knees and ankles have contact on flat ground only: take `contacts = \"feet\"`, or the plant `mujoco` or `lcp`"
     )]
     Contacts,
+    /// Joints of abduction with a tree, or with steps of the engine alone.
+    #[error(
+        "legs abduct with `joints = \"impulse\"` and `step_only = false` only: choose these, or `abduction = \"locked\"`"
+    )]
+    Abduction,
     /// The axial share of inertia is not positive.
     #[error("the axial share of the segments' inertia is {0}; it has to be positive")]
     AxialShare(f64),

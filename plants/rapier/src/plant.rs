@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 use twinrig_legged::{
     DriveModels, Dynamics, Friction, FromRobot, LegPosture, LeggedPlant, PartFault, Posture, Setup,
-    StepInputs, StepLoad,
+    StepInputs, StepLoad, abduction_entry, adopt_abduction,
 };
 use twinrig_robot::Robot;
 use twinrig_runtime::{PlantState, WorkCounts};
@@ -35,7 +35,6 @@ impl FromRobot for Machine {
     }
 
     fn from_robot(robot: &Robot, options: &Options) -> Result<Box<Self>, RapierError> {
-        options.setup.check_locked("`rapier`")?;
         Self::new(robot, options).map(Box::new)
     }
 }
@@ -56,6 +55,10 @@ impl Dynamics for Machine {
                 command[1] = leg_state.drives[1].command[0];
             }
         }
+        let of_drives = self.options.setup.drives.inputs() * self.state.legs.len();
+        for (command, leg_state) in inputs[of_drives..].iter_mut().zip(&self.state.legs) {
+            *command = leg_state.abduction.command[0];
+        }
     }
 
     fn set_inputs(&mut self, inputs: &StepInputs<'_>) {
@@ -74,6 +77,10 @@ impl Dynamics for Machine {
                     leg_state.drives[1].command = [command[2], command[3]];
                 }
             }
+        }
+        let of_drives = self.options.setup.drives.inputs() * self.state.legs.len();
+        for (leg_state, command) in self.state.legs.iter_mut().zip(&inputs.mean[of_drives..]) {
+            leg_state.abduction.command[0] = *command;
         }
     }
 
@@ -156,13 +163,32 @@ impl Dynamics for Machine {
         }
     }
 
+    fn extra_state(&self) -> Vec<(String, Vec<f64>)> {
+        let legs = self.model.legs.iter().zip(&self.state.legs);
+        legs.filter(|(leg, _)| leg.carrier.is_some())
+            .map(|(leg, at)| abduction_entry(&leg.name, [at.abduction.angle, at.abduction.rate]))
+            .collect()
+    }
+
     fn resume_from(
         &mut self,
         posture: &Posture,
-        _extra: &PlantState,
+        extra: &PlantState,
     ) -> Result<Vec<String>, PartFault> {
-        *self = Self::at(self.model.clone(), self.options.clone(), posture);
+        let mut lines = Vec::new();
+        let legs = self.model.legs.iter();
+        let abduction = legs.map(|leg| match leg.carrier {
+            Some(_) => adopt_abduction(extra, &leg.name, &mut lines),
+            None => [0.0; 2],
+        });
+        let abduction: Vec<_> = abduction.collect();
+        *self = Self::at(
+            self.model.clone(),
+            self.options.clone(),
+            posture,
+            &abduction,
+        );
         self.hold_commands();
-        Ok(Vec::new())
+        Ok(lines)
     }
 }

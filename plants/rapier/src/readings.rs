@@ -65,6 +65,14 @@ impl Readings for Machine {
         self.state.legs[leg].tension
     }
 
+    fn abduction(&self, leg: usize) -> f64 {
+        self.state.legs[leg].abduction.angle
+    }
+
+    fn abduction_torque(&self, leg: usize) -> f64 {
+        self.state.legs[leg].abduction.torque
+    }
+
     fn angles(&self, leg: usize) -> [f64; 3] {
         self.state.legs[leg].angles
     }

@@ -30,7 +30,7 @@ impl BodyState {
     }
 }
 
-/// States of a leg's segments and of the trunk.
+/// States of a leg's segments and of the body above them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     pub(crate) bodies: [BodyState; 4],
@@ -50,7 +50,7 @@ impl View {
         self.bodies[TRUNK].pose.rotation * AXIS
     }
 
-    /// Returns the rates of the segments relative to the trunk \[rad/s\].
+    /// Returns the rates of the segments relative to the body above them \[rad/s\].
     pub(crate) fn rates(&self) -> [f64; 3] {
         let axis = self.axis();
         let trunk = self.bodies[TRUNK].turning;
@@ -85,6 +85,8 @@ pub(crate) struct LegState {
     pub(crate) angles: [f64; 3],
     /// Hip and pulley; the hip's angle is that of the first segment.
     pub(crate) drives: [Drive; 2],
+    /// Joint of abduction, with its servo if it has one.
+    pub(crate) abduction: Drive,
     /// Cable tension, mean over the last step \[N\].
     pub(crate) tension: f64,
     /// Impulses of the ropes in the last step \[N·s\].
@@ -141,16 +143,24 @@ impl Machine {
     pub(crate) fn new(robot: &Robot, options: &Options) -> Result<Self, RapierError> {
         let model = Model::new(robot, options)?;
         let posture = options.setup.posture(robot)?;
-        let mut machine = Self::at(model, options.clone(), &posture);
+        let abduction = vec![[0.0; 2]; model.legs.len()];
+        let mut machine = Self::at(model, options.clone(), &posture, &abduction);
         machine.hold_commands();
         Ok(machine)
     }
 
-    /// Builds the robot at a posture, with all commands zero.
-    pub(crate) fn at(model: Model, options: Options, posture: &Posture) -> Self {
-        let (sets, handles) = assemble(&model, &options, posture);
+    /// Builds the robot at a posture, with angle and rate of abduction of each leg
+    /// \[rad, rad/s\], and with all commands zero.
+    pub(crate) fn at(
+        model: Model,
+        options: Options,
+        posture: &Posture,
+        abduction: &[[f64; 2]],
+    ) -> Self {
+        let (sets, handles) = assemble(&model, &options, posture, abduction);
         let world = World::new(sets, &options.solver);
-        let legs = model.legs.iter().map(|leg| {
+        let legs = model.legs.iter().zip(abduction);
+        let legs = legs.map(|(leg, [abducted, abduction_rate])| {
             let at = posture.legs.iter().find(|(name, _)| *name == leg.name);
             let at = at.map_or_else(LegPosture::default, |(_, at)| *at);
             let drive = |angle, rate| Drive {
@@ -164,6 +174,7 @@ impl Machine {
                     drive(at.angles[0], at.rates[0]),
                     drive(at.pulley, at.pulley_rate),
                 ],
+                abduction: drive(*abducted, *abduction_rate),
                 ..LegState::default()
             }
         });
@@ -190,6 +201,9 @@ impl Machine {
                 drive.command[0] = drive.angle;
             }
         }
+        for leg in &mut self.state.legs {
+            leg.abduction.command[0] = leg.abduction.angle;
+        }
     }
 
     fn body_state(&self, handle: rapier3d_f64::dynamics::RigidBodyHandle) -> BodyState {
@@ -206,9 +220,10 @@ impl Machine {
     }
 
     pub(crate) fn view(&self, leg: usize) -> View {
-        let [a, b, c] = self.handles.legs[leg].segments;
+        let handles = &self.handles.legs[leg];
+        let body = |k| self.body_state(handles.body(self.handles.trunk, k));
         View {
-            bodies: [a, b, c, self.handles.trunk].map(|handle| self.body_state(handle)),
+            bodies: [0, 1, 2, TRUNK].map(body),
         }
     }
 
@@ -232,6 +247,10 @@ impl Machine {
                 let inertia = Vector::new(segment.moment, segment.moment, along);
                 body(body_state, segment.mass, inertia);
             }
+            if let Some(carrier) = &leg.carrier {
+                let inertia = Vector::splat(carrier.moment);
+                body(&view.bodies[TRUNK], carrier.mass, inertia);
+            }
             for segment_spring in &leg.springs {
                 let stretch = view.line(&segment_spring.ends).0 - segment_spring.rest;
                 spring += 0.5 * segment_spring.stiffness * stretch * stretch;
@@ -243,6 +262,11 @@ impl Machine {
                 for (drive, inertia) in leg.drives.iter().zip(inertias) {
                     kinetic += 0.5 * inertia * drive.rate * drive.rate;
                 }
+            }
+        }
+        if let Some(servo) = &self.model.abduction {
+            for leg in &self.state.legs {
+                kinetic += 0.5 * servo.inertia() * leg.abduction.rate * leg.abduction.rate;
             }
         }
         [kinetic, spring, gravity]

@@ -5,10 +5,11 @@
 //! The first step therefore applies half the forces, for half a step of acceleration, and a step
 //! after a longer or shorter one applies them over the mean of both.
 
-use rapier3d_f64::dynamics::{JointAxesMask, MotorModel, RigidBodyHandle};
+use rapier3d_f64::dynamics::{ImpulseJointHandle, JointAxesMask, MotorModel, RigidBodyHandle};
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use twinrig_contact::Terrain;
 
+use crate::abduction::JointStart;
 use crate::conversion::{to_engine, to_nalgebra};
 use crate::divergence::Divergence;
 use crate::drives::{Effort, StepTiming, kinds};
@@ -18,7 +19,7 @@ use crate::robot::{Machine, View};
 use crate::rope::{LINEAR, RopeStep};
 
 /// Index of the angular x axis in the engine's lists.
-const ANGULAR: usize = 3;
+pub(crate) const ANGULAR: usize = 3;
 
 /// Largest gap at which a stop that pushed in the last step remains active \[m\].
 const ACTIVE_GAP: f64 = 1e-4;
@@ -39,6 +40,8 @@ struct StepStart {
     cable_ratio: f64,
     /// Velocity of the foot \[m/s\].
     foot: Vector,
+    /// Joint of a leg that abducts.
+    abduction: Option<JointStart>,
 }
 
 impl Machine {
@@ -146,6 +149,7 @@ impl Machine {
             pulley,
             cable_ratio: self.model.legs[leg].cable_ratio(self.state.legs[leg].angles),
             foot: view.speed(&self.model.legs[leg].foot),
+            abduction: self.joint_start(leg, &view, timing),
             view,
         }
     }
@@ -163,7 +167,10 @@ impl Machine {
     fn prepare(&mut self, leg: usize, before: &StepStart, timing: StepTiming) {
         self.apply_forces(leg, &before.view, timing.force_seconds / timing.seconds);
         if let Some([hip, _]) = before.efforts {
-            self.drive_hip(leg, hip, timing);
+            self.set_motor(self.handles.legs[leg].hip, hip, timing);
+        }
+        if let Some(joint) = &before.abduction {
+            self.prepare_joint(leg, joint, timing);
         }
         self.set_ropes(leg, before, timing);
         self.place_ground(leg, &before.view);
@@ -210,7 +217,8 @@ impl Machine {
         }
         for k in 0..4 {
             let handle = self.handles.legs[leg].body(self.handles.trunk, k);
-            self.add_force_to(handle, forces[k], torques[k], k != 3 || leg == 0);
+            let is_trunk = handle == self.handles.trunk;
+            self.add_force_to(handle, forces[k], torques[k], !is_trunk || leg == 0);
         }
     }
 
@@ -232,8 +240,13 @@ impl Machine {
         }
     }
 
-    /// Configures the motor of the hip joint.
-    fn drive_hip(&mut self, leg: usize, effort: Effort, timing: StepTiming) {
+    /// Configures the motor of a joint.
+    pub(crate) fn set_motor(
+        &mut self,
+        motor: Option<ImpulseJointHandle>,
+        effort: Effort,
+        timing: StepTiming,
+    ) {
         let (damping, target) = match effort {
             Effort::Rate { mean, .. } => (RIGID, mean),
             Effort::Damper {
@@ -242,8 +255,7 @@ impl Machine {
             } => (coefficient / timing.seconds, target),
         };
         let joints = &mut self.world.sets.impulse_joints;
-        let joint = self.handles.legs[leg].hip;
-        if let Some(joint) = joint.and_then(|handle| joints.get_mut(handle, false)) {
+        if let Some(joint) = motor.and_then(|handle| joints.get_mut(handle, false)) {
             joint.data.motor_axes = JointAxesMask::ANG_X;
             let motor = &mut joint.data.motors[ANGULAR];
             motor.model = MotorModel::ForceBased;
@@ -352,6 +364,9 @@ impl Machine {
             self.finish_drives(leg, before, efforts, angles[0], timing);
         }
         self.state.legs[leg].angles = angles;
+        if let Some(joint) = &before.abduction {
+            self.finish_joint(leg, joint, &view, timing);
+        }
         self.finish_ground(leg, before, &view);
     }
 
@@ -403,7 +418,7 @@ impl Machine {
         };
         let kinds = kinds(drives);
         let radius = self.model.legs[leg].radius;
-        let delivered = self.hip_impulse(leg) / timing.force_seconds;
+        let delivered = self.motor_impulse(self.handles.legs[leg].hip) / timing.force_seconds;
         let known = &mut self.state.legs[leg];
         let pull = known.pulls[CABLE] / before.cable_ratio;
         known.tension = pull / timing.force_seconds;
@@ -427,11 +442,9 @@ impl Machine {
         }
     }
 
-    /// Returns the impulse of the hip drive on the leg in the last step, about the joint's axis
-    /// \[N·m·s\].
-    fn hip_impulse(&self, leg: usize) -> f64 {
-        let joint = self.handles.legs[leg].hip;
-        let joint = joint.and_then(|handle| self.world.sets.impulse_joints.get(handle));
+    /// Returns the impulse of a motor in the last step, about its axis \[N·m·s\].
+    pub(crate) fn motor_impulse(&self, motor: Option<ImpulseJointHandle>) -> f64 {
+        let joint = motor.and_then(|handle| self.world.sets.impulse_joints.get(handle));
         joint.map_or(0.0, |joint| -joint.data.motors[ANGULAR].impulse)
     }
 

@@ -1,12 +1,15 @@
 //! Legs that abduct: joints, servos and random motions, and comparison of the equations of motion
 //! of a plant with point masses and with locked joints.
 
+use nalgebra::Vector3;
 use twinrig_kernel::{SimDuration, SimTime, stream};
-use twinrig_legged::{Base, Push, PushSchedule, PushShape, PushTarget};
-use twinrig_robot::{Abduction, Servo};
-use twinrig_runtime::EnergyBalance;
+use twinrig_legged::{Base, Push, PushSchedule, PushShape, PushTarget, Segment};
+use twinrig_robot::{Abduction, GRAVITY, LegMount, Robot, Servo};
+use twinrig_runtime::{EnergyBalance, Plant, PlantState};
 
-use crate::robots::LEGS;
+use crate::plant_harness::PlantHarness;
+use crate::point_masses::abducted;
+use crate::robots::{self, LEGS};
 
 /// Joint about an axis beside and above the hip.
 pub const JOINT: Abduction = Abduction {
@@ -72,6 +75,21 @@ impl Tumble {
         }
     }
 
+    /// Returns the state of a plant with this motion of trunk and joints.
+    #[must_use]
+    pub fn of_plant(&self, state: &PlantState) -> PlantState {
+        let mut changed = state
+            .clone()
+            .with("body/orientation", &self.attitude)
+            .with("body/velocity", &self.velocity)
+            .with("body/angular_velocity", &self.turning);
+        for (i, leg) in LEGS.iter().enumerate() {
+            let joint = [self.angles[i], self.rates[i]];
+            changed = changed.with(format!("leg/{leg}/abduction"), &joint);
+        }
+        changed
+    }
+
     /// Returns the same with joints at rest at zero.
     #[must_use]
     pub fn upright(self) -> Self {
@@ -131,5 +149,82 @@ pub fn assert_locked(found: &[f64], locked: &[f64]) {
     for (i, (found, locked)) in found.iter().zip(locked).enumerate() {
         let size = 1e-9 * (1.0 + locked.abs());
         assert!((found - locked).abs() < size, "{i}: {found} {locked}");
+    }
+}
+
+/// Returns a robot whose legs move between their stops, as those of `passive-legs-free.toml`.
+pub fn without_impacts() -> Robot {
+    robots::with_legs(|leg| {
+        leg.diagonal.preload = -4e-3;
+        leg.parallel.preload = -4e-3;
+        leg.abduction = Some(Abduction {
+            abduction_max: 1.5,
+            adduction_max: 1.5,
+            ..JOINT
+        });
+    })
+}
+
+/// Returns the position of the axis of a leg with [`JOINT`], to the left \[m\].
+pub fn axis_of(mount: &LegMount) -> f64 {
+    mount.hip[1] - JOINT.offset.copysign(mount.hip[1])
+}
+
+/// Returns the moment of the weight of a leg about its axis of abduction \[N·m\], at an angle of
+/// abduction and the angles of its segments: the sum of m g y, from the axis.
+pub fn moment_of_weight(mount: &LegMount, angle: f64, segments: &[f64]) -> f64 {
+    let (mut moment, mut joint) = (0.0, Vector3::zeros());
+    for (segment, theta) in Segment::of(&mount.leg).iter().zip(segments) {
+        let along = Vector3::new(libm::sin(*theta), 0.0, -libm::cos(*theta));
+        let place = abducted(mount, angle, joint + along * segment.centre);
+        moment += segment.mass * GRAVITY * (place.y - axis_of(mount));
+        joint += along * segment.length;
+    }
+    moment
+}
+
+/// Checks that servos which hold hanging legs aside bear the moment of their weight, with errors of
+/// angle and torque of at most `most` \[rad\], \[N·m\].
+///
+/// # Panics
+/// If they do not.
+pub fn assert_weight_is_borne<P: Plant>(
+    plant: &mut PlantHarness<P>,
+    robot: &Robot,
+    most: [f64; 2],
+) {
+    let angle = 0.2;
+    let hips_and_knees = plant.commands.len() - LEGS.len();
+    assert_eq!(hips_and_knees, 2 * LEGS.len());
+    plant.commands[hips_and_knees..].fill(angle);
+    plant.advance_us(2_000_000);
+    let state = plant.plant.state().unwrap();
+    for mount in &robot.legs {
+        let signal = |name: &str| format!("leg/{}/{name}", mount.name);
+        let found = plant.value(&signal("abduction/position"));
+        let moment = moment_of_weight(mount, found, state.get(&signal("angles")).unwrap());
+        let torque = plant.value(&signal("abduction/torque"));
+        let errors = [found - angle, torque - moment].map(f64::abs);
+        let is_small = errors.iter().zip(most).all(|(error, most)| *error < most);
+        assert!(is_small, "{}: {errors:?}, {moment} N·m", mount.name);
+    }
+}
+
+/// Checks that legs which servos drive against their stops stay within `most` of these \[rad\].
+///
+/// # Panics
+/// If they do not.
+pub fn assert_stops_hold<P: Plant>(plant: &mut PlantHarness<P>, most: f64) {
+    let sides = [1.0, -1.0, 1.0, -1.0];
+    for (outwards, stop) in [(1.0, JOINT.abduction_max), (-1.0, -JOINT.adduction_max)] {
+        for (command, side) in plant.commands.iter_mut().zip(sides) {
+            *command = 2.0 * outwards * side;
+        }
+        plant.advance_us(1_000_000);
+        for (leg, side) in LEGS.iter().zip(sides) {
+            let angle = plant.value(&format!("leg/{leg}/abduction/position"));
+            let beyond = side * angle - stop;
+            assert!(beyond.abs() < most, "{leg}: {angle} rad, stop at {stop}");
+        }
     }
 }

@@ -1,13 +1,14 @@
 //! Legs that abduct.
 
-use nalgebra::Vector3;
 use twinrig_kernel::SimDuration;
 use twinrig_legged::{Abduction, Base, Drives, Segment, Setup};
 use twinrig_mujoco::{Coordinates, Integrator, Mujoco, MujocoError, Options};
-use twinrig_robot::{Abduction as Joint, GRAVITY, LegMount, Robot};
-use twinrig_runtime::{EnergyBalance, Plant as _, PlantState};
-use twinrig_testing::abduction::{JOINT, Tumble, servo};
-use twinrig_testing::point_masses::abducted;
+use twinrig_robot::Robot;
+use twinrig_runtime::{EnergyBalance, Plant as _};
+use twinrig_testing::abduction::{
+    JOINT, Tumble, assert_stops_hold, assert_weight_is_borne, axis_of, moment_of_weight, servo,
+    without_impacts,
+};
 use twinrig_testing::robots::{self, LEGS, pose};
 
 use crate::fixture::{Fixture, SERVO, hanging, with_options};
@@ -26,36 +27,9 @@ fn passive(base: Base) -> Setup {
     }
 }
 
-/// Returns the state of a plant with the motion of trunk and joints of a tumble.
-fn with_motion(state: &PlantState, motion: &Tumble) -> PlantState {
-    let mut changed = state
-        .clone()
-        .with("body/orientation", &motion.attitude)
-        .with("body/velocity", &motion.velocity)
-        .with("body/angular_velocity", &motion.turning);
-    for (i, leg) in LEGS.iter().enumerate() {
-        let joint = [motion.angles[i], motion.rates[i]];
-        changed = changed.with(format!("leg/{leg}/abduction"), &joint);
-    }
-    changed
-}
-
 fn residual(fixture: &Fixture) -> f64 {
     let balance = fixture.energy();
     balance.residual.abs() / balance.exchanged
-}
-
-/// A robot whose legs move between their stops, as those of `passive-legs-free.toml`.
-fn without_impacts() -> Robot {
-    robots::with_legs(|leg| {
-        leg.diagonal.preload = -4e-3;
-        leg.parallel.preload = -4e-3;
-        leg.abduction = Some(Joint {
-            abduction_max: 1.5,
-            adduction_max: 1.5,
-            ..JOINT
-        });
-    })
 }
 
 /// The energy is ours, the motion MuJoCo's: a wrong inertia, place or velocity would not be
@@ -74,7 +48,7 @@ fn energy_of_a_tumbling_robot_is_conserved() {
             let mut fixture = with_options(&robot, &Options::new(setup, coordinates));
             let state = fixture.plant.state().unwrap();
             let motion = Tumble::drawn(seed);
-            let lines = fixture.plant.resume_from(&with_motion(&state, &motion));
+            let lines = fixture.plant.resume_from(&motion.of_plant(&state));
             assert_eq!(lines.unwrap(), Vec::<String>::new());
             fixture.advance_us(60_000);
             let balance = fixture.energy();
@@ -134,12 +108,9 @@ fn work_of_servos_is_their_own() {
     }
 }
 
-/// A servo that holds a leg aside bears the moment of its weight: the sum of m g y over its
-/// segments, from the axis.
 #[test]
 fn servos_bear_the_weight_of_legs_held_aside() {
     let robot = robot();
-    let angle = 0.2;
     for coordinates in Coordinates::ALL {
         let setup = Setup {
             drives: Drives::Servos {
@@ -150,36 +121,9 @@ fn servos_bear_the_weight_of_legs_held_aside() {
             ..hanging(pose([10.0, -25.0, 37.0], [0.0; 3]))
         };
         let mut fixture = with_options(&robot, &Options::new(setup, coordinates));
-        let hips_and_knees = fixture.commands.len() - LEGS.len();
-        assert_eq!(hips_and_knees, 2 * LEGS.len());
-        fixture.commands[hips_and_knees..].fill(angle);
-        fixture.advance_us(2_000_000);
-        let state = fixture.plant.state().unwrap();
-        for mount in &robot.legs {
-            let signal = |name: &str| format!("leg/{}/{name}", mount.name);
-            let found = fixture.value(&signal("abduction/position"));
-            assert!((found - angle).abs() < 1e-4, "{coordinates:?}: {found}");
-            let angles = state.get(&signal("angles")).unwrap();
-            let moment = moment_of_weight(mount, found, angles);
-            let torque = fixture.value(&signal("abduction/torque"));
-            // The rest of a motion that a lag of 20 ms ends.
-            let error = (torque - moment).abs();
-            assert!(error < 2e-4, "{coordinates:?}: {torque} N·m, {moment} N·m");
-        }
+        // The rest of a motion that a lag of 20 ms ends.
+        assert_weight_is_borne(&mut fixture, &robot, [1e-4, 2e-4]);
     }
-}
-
-/// Returns the moment of the weight of a leg about its axis of abduction \[N·m\], at an angle of
-/// abduction and the angles of its segments.
-fn moment_of_weight(mount: &LegMount, angle: f64, segments: &[f64]) -> f64 {
-    let (mut moment, mut joint) = (0.0, Vector3::zeros());
-    for (segment, theta) in Segment::of(&mount.leg).iter().zip(segments) {
-        let along = Vector3::new(libm::sin(*theta), 0.0, -libm::cos(*theta));
-        let place = abducted(mount, angle, joint + along * segment.centre);
-        moment += segment.mass * GRAVITY * (place.y - axis_of(mount));
-        joint += along * segment.length;
-    }
-    moment
 }
 
 /// The sag of a leg on a position actuator is the moment of its weight over the stiffness: that of
@@ -260,16 +204,6 @@ fn torque_of_servos_falls_with_their_speed() {
     }
 }
 
-/// Returns the position of the axis of a leg, to the left \[m\].
-fn axis_of(mount: &LegMount) -> f64 {
-    let inward = if mount.hip[1] > 0.0 {
-        -JOINT.offset
-    } else {
-        JOINT.offset
-    };
-    mount.hip[1] + inward
-}
-
 /// A stop ends the swing of a leg that a weak servo drives against it.
 #[test]
 fn legs_do_not_pass_their_stops() {
@@ -279,25 +213,7 @@ fn legs_do_not_pass_their_stops() {
             ..passive(Base::Fixed)
         };
         let mut fixture = with_options(&robot(), &Options::new(setup, coordinates));
-        for outwards in [1.0, -1.0] {
-            for (command, side) in fixture.commands.iter_mut().zip([1.0, -1.0, 1.0, -1.0]) {
-                *command = 2.0 * outwards * side;
-            }
-            fixture.advance_us(1_000_000);
-            let most = if outwards > 0.0 {
-                JOINT.abduction_max
-            } else {
-                -JOINT.adduction_max
-            };
-            for (leg, side) in LEGS.iter().zip([1.0, -1.0, 1.0, -1.0]) {
-                let angle = fixture.value(&format!("leg/{leg}/abduction/position"));
-                let beyond = side * angle - most;
-                assert!(
-                    beyond.abs() < 5e-3,
-                    "{coordinates:?} {leg}: {angle} rad, stop at {most}"
-                );
-            }
-        }
+        assert_stops_hold(&mut fixture, 5e-3);
     }
 }
 

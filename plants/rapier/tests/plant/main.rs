@@ -1,5 +1,6 @@
 //! Tests of the plant.
 
+mod abduction;
 mod drives;
 mod energy;
 mod errors;
