@@ -92,14 +92,14 @@ impl Expectation {
         }
     }
 
-    /// Returns the time within which a condition holds.
+    /// Returns the time within which a condition holds, or for which it is observed at most.
     pub(crate) fn within(&self) -> Option<SimDuration> {
         match &self.claim {
             Claim::Signal(SignalClaim {
                 mode: SignalMode::Eventually(_, within),
                 ..
             }) => *within,
-            Claim::Body(BodyClaim::GetsUp(claim)) => Some(claim.within),
+            Claim::Body(BodyClaim::GetsUp(claim)) => Some(claim.within + claim.hold),
             Claim::Sequence(SequenceClaim { relation, .. }) => match *relation {
                 Relation::Then(within) => Some(within),
                 Relation::Before(within) => within,

@@ -1,5 +1,6 @@
 //! Plan of an optimisation: its search space, its runs and their order.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use twinrig_campaign::optimization::{ConstraintChoice, CostRule, JudgedExpectation, SearchSpace};
@@ -180,6 +181,9 @@ fn cost_rule(space: &SearchSpace, scenario: &Scenario) -> Result<(CostRule, Stri
             .iter()
             .filter_map(|(one, name)| no_function_of_the_run(one, name)),
     );
+    let objective_named = objective.map(|one| (one, &space.objective));
+    let all = constraints.iter().copied().chain(objective_named);
+    problems.extend(all.filter_map(|(one, name)| discarded_by_fall(one, name, scenario)));
     match objective {
         Some(objective) if problems.is_empty() => {
             let rule = CostRule {
@@ -237,6 +241,24 @@ fn no_objective(expectation: &Expectation, name: &Placed<String>) -> Option<Prob
         return Some(Problem::at(&name.place, message, help));
     }
     no_function_of_the_run(expectation, name)
+}
+
+/// Returns the problem of an expectation about the time after a fall, at which runs end.
+fn discarded_by_fall(
+    expectation: &Expectation,
+    name: &Placed<String>,
+    scenario: &Scenario,
+) -> Option<Problem> {
+    let is_reached = scenario.fall.height > 0.0 || scenario.fall.tilt < PI;
+    let Claim::Body(BodyClaim::GetsUp(_)) = expectation.claim else {
+        return None;
+    };
+    let message = format!(
+        "`{}` is about the time after a fall, at which a run ends",
+        expectation.name
+    );
+    let help = "set thresholds of a fall that nothing crosses: `fall = { height = 0, tilt = \"180 deg\" }`";
+    is_reached.then(|| Problem::at(&name.place, message, help))
 }
 
 /// Returns the problem of an expectation whose value depends on the machine.

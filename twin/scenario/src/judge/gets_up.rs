@@ -2,24 +2,26 @@
 
 use twinrig_kernel::SimTime;
 
-use super::outcome::{Finding, Witness};
+use super::outcome::{Finding, WITHIN_NOT_OVER, Witness};
 use super::tracker::seconds;
+use super::trunk::StandingHeight;
 use crate::body::GetsUp;
 use crate::limits::Limits;
+use crate::recovery::TrunkQuantity;
 
-/// Time from the first instant at which the trunk lies to the one from which on it stands.
+/// Time from the first instant at which the trunk lies to the beginning of its first stand.
 #[derive(Clone, Debug)]
 pub(crate) struct GetsUpMeter {
     claim: GetsUp,
-    /// Index of the height.
-    height: usize,
+    pub height: StandingHeight,
     /// Index of the roll; the pitch follows.
     roll: usize,
-    standing_height: Option<f64>,
     /// First sample at which it lies.
     lies_at: Option<SimTime>,
-    /// First of the samples without interruption at which it stands.
+    /// First sample of the present stand.
     stands_at: Option<SimTime>,
+    /// Quantity by which it did not stand in the last sample that was not of a stand.
+    obstacle: &'static str,
     /// Whether it has stood for as long as it has to.
     is_up: bool,
     last_at: Option<SimTime>,
@@ -30,34 +32,28 @@ impl GetsUpMeter {
     pub fn new(claim: GetsUp, height: usize, roll: usize) -> Self {
         GetsUpMeter {
             claim,
-            height,
+            height: StandingHeight::new(height),
             roll,
-            standing_height: None,
             lies_at: None,
             stands_at: None,
+            obstacle: "",
             is_up: false,
             last_at: None,
             non_finite_at: None,
         }
     }
 
-    /// Stores the first height of the run, inside or outside the window, and returns it.
-    #[inline]
-    pub fn record_standing_height(&mut self, values: &[f64]) -> f64 {
-        *self.standing_height.get_or_insert(values[self.height])
-    }
-
     /// Evaluates a sample and returns whether the trunk lies or has lain.
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) -> bool {
-        let least = self.claim.height * self.record_standing_height(values);
-        let height = values[self.height];
+        let least = self.claim.height * self.height.record(values);
+        let height = values[self.height.element];
         let [roll, pitch] = [values[self.roll], values[self.roll + 1]];
         if ![height, roll, pitch].iter().all(|value| value.is_finite()) {
             self.non_finite_at.get_or_insert(now);
         }
-        let tilt = roll.abs().max(pitch.abs());
-        if self.lies_at.is_none() && tilt < self.claim.lying {
+        let [roll, pitch] = [roll.abs(), pitch.abs()];
+        if self.lies_at.is_none() && roll.max(pitch) < self.claim.lying {
             return false;
         }
         self.lies_at.get_or_insert(now);
@@ -65,11 +61,21 @@ impl GetsUpMeter {
         if self.is_up {
             return true;
         }
-        if tilt <= self.claim.tilt && height >= least {
-            let since = *self.stands_at.get_or_insert(now);
-            self.is_up = now - since >= self.claim.hold;
-        } else {
-            self.stands_at = None;
+        let most = self.claim.tilt;
+        let quantities = [
+            (roll <= most, TrunkQuantity::Roll),
+            (pitch <= most, TrunkQuantity::Pitch),
+            (height >= least, TrunkQuantity::Height),
+        ];
+        match quantities.iter().find(|(stands, _)| !stands) {
+            Some((_, obstacle)) => {
+                self.obstacle = obstacle.name();
+                self.stands_at = None;
+            }
+            None => {
+                let since = *self.stands_at.get_or_insert(now);
+                self.is_up = now - since >= self.claim.hold;
+            }
         }
         true
     }
@@ -81,19 +87,18 @@ impl GetsUpMeter {
         let (Some(lies_at), Some(last_at)) = (self.lies_at, self.last_at) else {
             return Finding::unobserved("the trunk never lies in its window");
         };
-        let GetsUp { within, hold, .. } = self.claim;
-        let up_at = self.stands_at.filter(|_| self.is_up);
-        let time = up_at.unwrap_or(last_at) - lies_at;
-        // The last observation may be that of a trunk that stands, though not for long enough yet.
-        if up_at.is_none() && time < within + hold {
-            return Finding::unobserved(
-                "the observation ended before `within` and `hold` were over",
-            );
+        let within = self.claim.within;
+        // The least time that is possible: of a trunk that does not stand yet, or not for long
+        // enough, as if it were up.
+        let time = self.stands_at.unwrap_or(last_at) - lies_at;
+        if !self.is_up && time <= within {
+            return Finding::unobserved(WITHIN_NOT_OVER);
         }
         let comparison = Limits::at_most(seconds(within)).compare(seconds(time), seconds(time));
+        let up_at = self.stands_at.filter(|_| self.is_up);
         let detail = match up_at {
             Some(_) => format!("lies from {lies_at} on"),
-            None => format!("lies from {lies_at} on, and does not get up"),
+            None => format!("lies from {lies_at} on, not up: {}", self.obstacle),
         };
         let finding = Finding::of(comparison, lies_at.checked_add(within), detail);
         finding.seen(Witness {

@@ -121,11 +121,9 @@ impl Meter {
     #[inline]
     pub fn outside(&mut self, values: &[f64]) {
         match self {
-            Meter::Upright(upright, _) => {
-                upright.record_standing_height(values);
-            }
-            Meter::GetsUp(rising) => {
-                rising.record_standing_height(values);
+            Meter::Upright(Upright { height, .. }, _)
+            | Meter::GetsUp(GetsUpMeter { height, .. }) => {
+                height.record(values);
             }
             _ => {}
         }

@@ -100,6 +100,8 @@ impl Outcome {
 
 /// Detail of a signal that is not finite.
 const NOT_A_NUMBER: &str = "not a number";
+/// Reason why a time is unobserved that the end of the run leaves open.
+pub(super) const WITHIN_NOT_OVER: &str = "the observation ended before `within` was over";
 /// Part of the detail of a finding of the trunk whose values are angles instead of heights.
 pub(super) const TILT: &str = "greatest tilt";
 

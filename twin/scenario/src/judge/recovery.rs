@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{SimDuration, SimTime};
 
-use super::outcome::{Finding, Witness};
+use super::outcome::{Finding, WITHIN_NOT_OVER, Witness};
 use super::settling::LAST_OUTSIDE;
 use super::tracker::{Extremes, seconds};
 use super::trunk::turn;
@@ -176,7 +176,7 @@ impl RecoveryMeter {
                 let detail = self.named("not recovered", index);
                 Ok((last_at - end, detail, None, self.element(index)))
             }
-            (None, _) => Err("the observation ended before `within` was over".to_owned()),
+            (None, _) => Err(WITHIN_NOT_OVER.to_owned()),
         }
     }
 

@@ -256,16 +256,36 @@ impl MeanTwist {
     }
 }
 
+/// The first height of the run, inside or outside of a window.
+#[derive(Clone, Debug)]
+pub(crate) struct StandingHeight {
+    /// Index of the height.
+    pub element: usize,
+    pub height: Option<f64>,
+}
+
+impl StandingHeight {
+    pub fn new(element: usize) -> Self {
+        let height = None;
+        StandingHeight { element, height }
+    }
+
+    /// Stores the first height, and returns it.
+    #[inline]
+    pub fn record(&mut self, values: &[f64]) -> f64 {
+        *self.height.get_or_insert(values[self.element])
+    }
+}
+
 /// Detection of a fall within a window.
 #[derive(Clone, Debug)]
 pub(crate) struct Upright {
-    height: usize,
+    pub height: StandingHeight,
     /// Index of the roll; the pitch follows.
     roll: usize,
     /// Share of the standing height.
     share: f64,
     tilt: f64,
-    standing_height: Option<f64>,
     heights: Extremes,
     tilts: Extremes,
     fallen_at: Option<SimTime>,
@@ -276,22 +296,15 @@ pub(crate) struct Upright {
 impl Upright {
     pub fn new(height: usize, roll: usize, share: f64, tilt: f64) -> Self {
         Upright {
-            height,
+            height: StandingHeight::new(height),
             roll,
             share,
             tilt,
-            standing_height: None,
             heights: Extremes::default(),
             tilts: Extremes::default(),
             fallen_at: None,
             side: "",
         }
-    }
-
-    /// Stores the first height of the run, inside or outside the window, and returns it.
-    #[inline]
-    pub fn record_standing_height(&mut self, values: &[f64]) -> f64 {
-        *self.standing_height.get_or_insert(values[self.height])
     }
 
     /// Returns whether it has fallen within the window.
@@ -301,9 +314,9 @@ impl Upright {
 
     #[inline]
     pub fn sample(&mut self, now: SimTime, values: &[f64]) {
-        let min_height = self.share * self.record_standing_height(values);
-        let height = values[self.height];
-        self.heights.add_of(self.height, now, height);
+        let min_height = self.share * self.height.record(values);
+        let height = values[self.height.element];
+        self.heights.add_of(self.height.element, now, height);
         let (roll, pitch) = (values[self.roll].abs(), values[self.roll + 1].abs());
         // Propagates a NaN, unlike `f64::max`.
         let (element, tilt) = if roll > pitch || roll.is_nan() {
@@ -330,8 +343,7 @@ impl Upright {
         if non_finite_at.is_some() {
             return Finding::not_a_number(non_finite_at);
         }
-        let Some(standing_height) = self.standing_height.filter(|_| !self.heights.is_empty())
-        else {
+        let Some(standing_height) = self.height.height.filter(|_| !self.heights.is_empty()) else {
             return Finding::unobserved("there is no observation in its window");
         };
         let min_height = Limits {

@@ -48,7 +48,7 @@ fn trunk_that_stays_down_fails_by_the_time_observed() {
     assert_eq!(outcome.verdict, Verdict::Fail, "{outcome:?}");
     assert_eq!(outcome.measured, Some(8.0));
     assert_eq!(outcome.first_violation, Some(at(5_000)));
-    assert_eq!(outcome.detail, "lies from 2.000 s on, and does not get up");
+    assert_eq!(outcome.detail, "lies from 2.000 s on, not up: roll");
 }
 
 /// It stands for 0.4 s, of the 0.5 s of the default, and not before it falls again.
@@ -73,9 +73,28 @@ fn trunk_that_never_lies_is_unobserved_and_so_is_an_attempt_that_is_not_over() {
     let lying = "body = { gets_up = { within = '3 s', lying = '90 deg' } }";
     let leaning = course(u64::MAX, u64::MAX, u64::MAX, lying);
     assert_eq!(leaning.verdict, Verdict::Unobserved);
-    let late = "body = { gets_up = { within = '8 s' } }";
-    let open = course(9_800, 9_800, u64::MAX, late);
+    let late = |keys: &str| format!("body = {{ gets_up = {{ within = '8 s'{keys} }} }}");
+    for keys in ["", ", hold = '0 s'"] {
+        let down = course(u64::MAX, u64::MAX, u64::MAX, &late(keys));
+        assert_eq!(down.verdict, Verdict::Unobserved, "{keys}: {down:?}");
+    }
+    let open = course(9_800, 9_800, u64::MAX, &late(""));
     assert_eq!(open.verdict, Verdict::Unobserved, "{open:?}");
+    assert_eq!(
+        open.detail,
+        "the observation ended before `within` was over"
+    );
+}
+
+/// Nothing that comes later can change it.
+#[test]
+fn attempt_that_is_late_fails_before_hold_is_over() {
+    let late = "body = { gets_up = { within = '7.7 s' } }";
+    for up in [9_800, u64::MAX] {
+        let outcome = course(up, up, u64::MAX, late);
+        assert_eq!(outcome.verdict, Verdict::Fail, "{outcome:?}");
+        assert!(outcome.margin.unwrap() < 0.0);
+    }
 }
 
 #[test]
@@ -86,11 +105,13 @@ fn height_counts_as_a_share_of_the_first_one() {
         course(3_000, u64::MAX, u64::MAX, &expect)
     };
     assert_eq!(of_height(0.41).measured, Some(1.0));
-    assert_eq!(of_height(0.42).verdict, Verdict::Fail);
+    let low = of_height(0.42);
+    assert_eq!(low.verdict, Verdict::Fail);
+    assert!(low.detail.ends_with("not up: height"), "{low:?}");
 }
 
 #[test]
-fn value_that_is_no_number_fails() {
+fn nan_fails() {
     let run = Run {
         rpy: &|ms| [if ms > 4_000 { f64::NAN } else { 1.5 }, 0.0, 0.0],
         ..Run::default()

@@ -93,6 +93,7 @@ const BEYOND_SCHEMA: &[(&str, &[&str])] = &[
             "expect_a_response_in_another_unit",
             "expect_a_response_of_a_pattern",
             "expect_a_roll_within_a_turn",
+            "expect_a_trunk_that_stands_while_it_lies",
             "expect_limits_that_reject_all_values",
             "expect_limits_that_accept_all_values",
             "frequency_above_half_the_control_rate",

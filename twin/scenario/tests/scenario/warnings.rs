@@ -69,11 +69,11 @@ fn times_beyond_the_end_are_reported() {
             None,
         ),
         (
-            "[[expect]]\nbody = { gets_up = { within = '6 s' } }\nafter = '5 s'",
+            "[[expect]]\nbody = { gets_up = { within = '4.6 s' } }\nafter = '5 s'",
             Some(("within-beyond-end", 13)),
         ),
         (
-            "[[expect]]\nbody = { gets_up = { within = '5 s' } }\nafter = '5 s'",
+            "[[expect]]\nbody = { gets_up = { within = '4.5 s' } }\nafter = '5 s'",
             None,
         ),
         ("[actuator]\nlag = '11 s'", Some(("lag-beyond-run", 13))),

@@ -30,6 +30,14 @@ fn mistakes_are_errors_before_the_runs() {
             1,
         ),
         (
+            constrained(
+                "set = { expect = [{ name = 'speed', body = { gets_up = { within = '1 s' } } }] }",
+            ),
+            "`speed` is about the time after a fall, at which a run ends",
+            "set thresholds of a fall that nothing crosses",
+            2,
+        ),
+        (
             constrained("constraints = ['speed', 'leveled']"),
             "has no expectation `leveled`",
             "did you mean `level`?",

@@ -31,7 +31,9 @@ pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDurati
         let message = format!("`within` reaches beyond the end: {ends}");
         let help = match expectation.claim {
             Claim::Sequence(_) => "no time window of this length is observed completely",
-            Claim::Body(_) => "it counts from the instant at which the trunk lies",
+            Claim::Body(_) => {
+                "it counts from the instant at which the trunk lies, and `hold` comes after it"
+            }
             _ => "it counts from `after` on",
         };
         within.warn(code::WITHIN, message, help);
