@@ -67,15 +67,12 @@ impl GetsUpMeter {
             (pitch <= most, TrunkQuantity::Pitch),
             (height >= least, TrunkQuantity::Height),
         ];
-        match quantities.iter().find(|(stands, _)| !stands) {
-            Some((_, obstacle)) => {
-                self.obstacle = obstacle.name();
-                self.stands_at = None;
-            }
-            None => {
-                let since = *self.stands_at.get_or_insert(now);
-                self.is_up = now - since >= self.claim.hold;
-            }
+        if let Some((_, obstacle)) = quantities.iter().find(|(stands, _)| !stands) {
+            self.obstacle = obstacle.name();
+            self.stands_at = None;
+        } else {
+            let since = *self.stands_at.get_or_insert(now);
+            self.is_up = now - since >= self.claim.hold;
         }
         true
     }
