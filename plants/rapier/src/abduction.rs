@@ -86,13 +86,12 @@ impl Machine {
         ledger.dissipated += share * start.friction * start.rate * (angle - before.angle);
         ledger.impact += 0.5 * stop * (start.rate + rate);
         let drive = &mut state.abduction;
-        match (&self.model.abduction, start.effort) {
-            (Some(servo), Some(effort)) => {
-                drive.finish(Kind::Servo(servo), effort, angle, delivered, timing);
-                ledger.actuator +=
-                    drive.torque * timing.force_seconds * 0.5 * (before.rate + drive.rate);
-            }
-            _ => (drive.angle, drive.rate) = (angle, rate),
+        if let (Some(servo), Some(effort)) = (&self.model.abduction, start.effort) {
+            drive.finish(Kind::Servo(servo), effort, angle, delivered, timing);
+            ledger.actuator +=
+                drive.torque * timing.force_seconds * 0.5 * (before.rate + drive.rate);
+        } else {
+            (drive.angle, drive.rate) = (angle, rate);
         }
     }
 }
