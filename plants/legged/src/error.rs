@@ -70,7 +70,8 @@ pub enum LeggedError {
     /// The plant locks the joints of abduction.
     #[error(
         "{plant} has no joints of abduction: choose `abduction = \"locked\"`, or a plant that has them: \
-         `massless` or `lcp` with compliant constraints and without a toe joint, `mujoco`, or `rapier`"
+         `massless` or `lcp` with compliant constraints and without a toe joint, `mujoco`, or `rapier` \
+         with impulse joints"
     )]
     AbductionLocked {
         /// The plant.

@@ -92,7 +92,7 @@ impl Expectation {
         }
     }
 
-    /// Returns the time within which a condition holds, or for which it is observed at most.
+    /// Returns the time within which a condition holds, `hold` of a rising included.
     pub(crate) fn within(&self) -> Option<SimDuration> {
         match &self.claim {
             Claim::Signal(SignalClaim {

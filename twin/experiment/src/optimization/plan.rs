@@ -243,7 +243,7 @@ fn no_objective(expectation: &Expectation, name: &Placed<String>) -> Option<Prob
     no_function_of_the_run(expectation, name)
 }
 
-/// Returns the problem of an expectation about the time after a fall, at which runs end.
+/// Returns the problem of an expectation about the time after a fall.
 fn discarded_by_fall(
     expectation: &Expectation,
     name: &Placed<String>,
@@ -254,10 +254,11 @@ fn discarded_by_fall(
         return None;
     };
     let message = format!(
-        "`{}` is about the time after a fall, at which a run ends",
+        "a run in which the robot falls has no value of `{}`",
         expectation.name
     );
-    let help = "set thresholds of a fall that nothing crosses: `fall = { height = 0, tilt = \"180 deg\" }`";
+    let help = "set thresholds that nothing crosses, `fall = { height = 0, tilt = \"180 deg\" }`, \
+                with contact of the trunk";
     is_reached.then(|| Problem::at(&name.place, message, help))
 }
 

@@ -92,14 +92,13 @@ impl GetsUpMeter {
             return Finding::unobserved(WITHIN_NOT_OVER);
         }
         let comparison = Limits::at_most(seconds(within)).compare(seconds(time), seconds(time));
-        let up_at = self.stands_at.filter(|_| self.is_up);
-        let detail = match up_at {
+        let detail = match self.stands_at {
             Some(_) => format!("lies from {lies_at} on"),
             None => format!("lies from {lies_at} on, not up: {}", self.obstacle),
         };
         let finding = Finding::of(comparison, lies_at.checked_add(within), detail);
         finding.seen(Witness {
-            at: up_at,
+            at: self.stands_at,
             ..Witness::default()
         })
     }

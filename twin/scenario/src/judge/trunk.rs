@@ -261,19 +261,19 @@ impl MeanTwist {
 pub(crate) struct StandingHeight {
     /// Index of the height.
     pub element: usize,
-    pub height: Option<f64>,
+    pub first: Option<f64>,
 }
 
 impl StandingHeight {
     pub fn new(element: usize) -> Self {
-        let height = None;
-        StandingHeight { element, height }
+        let first = None;
+        StandingHeight { element, first }
     }
 
     /// Stores the first height, and returns it.
     #[inline]
     pub fn record(&mut self, values: &[f64]) -> f64 {
-        *self.height.get_or_insert(values[self.element])
+        *self.first.get_or_insert(values[self.element])
     }
 }
 
@@ -343,7 +343,7 @@ impl Upright {
         if non_finite_at.is_some() {
             return Finding::not_a_number(non_finite_at);
         }
-        let Some(standing_height) = self.height.height.filter(|_| !self.heights.is_empty()) else {
+        let Some(standing_height) = self.height.first.filter(|_| !self.heights.is_empty()) else {
             return Finding::unobserved("there is no observation in its window");
         };
         let min_height = Limits {

@@ -94,6 +94,11 @@ fn attempt_that_is_late_fails_before_hold_is_over() {
         let outcome = course(up, up, u64::MAX, late);
         assert_eq!(outcome.verdict, Verdict::Fail, "{outcome:?}");
         assert!(outcome.margin.unwrap() < 0.0);
+        assert_eq!(
+            outcome.detail.contains("not up"),
+            up == u64::MAX,
+            "{outcome:?}"
+        );
     }
 }
 

@@ -33,8 +33,8 @@ fn mistakes_are_errors_before_the_runs() {
             constrained(
                 "set = { expect = [{ name = 'speed', body = { gets_up = { within = '1 s' } } }] }",
             ),
-            "`speed` is about the time after a fall, at which a run ends",
-            "set thresholds of a fall that nothing crosses",
+            "a run in which the robot falls has no value of `speed`",
+            "set thresholds that nothing crosses",
             2,
         ),
         (

@@ -28,12 +28,15 @@ pub(super) fn warn(subject: &Item<'_>, expectation: &Expectation, run: SimDurati
     if until.is_some_and(|until| until.is_none_or(|until| until > end))
         && let Some(within) = claimed.peek("within")
     {
-        let message = format!("`within` reaches beyond the end: {ends}");
+        let reaching = if is_rising {
+            "`within` and `hold` reach"
+        } else {
+            "`within` reaches"
+        };
+        let message = format!("{reaching} beyond the end: {ends}");
         let help = match expectation.claim {
             Claim::Sequence(_) => "no time window of this length is observed completely",
-            Claim::Body(_) => {
-                "it counts from the instant at which the trunk lies, and `hold` comes after it"
-            }
+            Claim::Body(_) => "they count from the instant at which the trunk lies",
             _ => "it counts from `after` on",
         };
         within.warn(code::WITHIN, message, help);
