@@ -49,6 +49,17 @@ impl Machine {
         })
     }
 
+    /// Returns whether a joint is at a stop, or would pass one by the end of the step.
+    pub(crate) fn stops(&self, leg: usize, seconds: f64) -> bool {
+        let Some(carrier) = &self.model.legs[leg].carrier else {
+            return false;
+        };
+        let [least, greatest] = carrier.axis.range;
+        let [angle, rate] = self.carrier_motion(&self.view(leg));
+        let next = angle + seconds * rate;
+        angle.min(next) < least || angle.max(next) > greatest
+    }
+
     /// Applies friction, for `share` of the step, and sets the motor of the servo. The first leg
     /// resets the forces on the trunk.
     pub(crate) fn prepare_joint(&mut self, leg: usize, start: &JointStart, timing: StepTiming) {

@@ -7,13 +7,14 @@ use rapier3d_f64::math::Vector;
 use twinrig_kernel::signal;
 use twinrig_robot::GRAVITY;
 
+use crate::assembly::AXIS;
 use crate::model::{Point, TRUNK};
 use crate::robot::{Machine, View};
 
 /// Limit of joint gaps and stop violations, as a share of the leg's shortest segment.
 const MAX_VIOLATION_SHARE: f64 = 0.25;
 
-/// Limit of a segment's rotation in a step, relative to the trunk \[rad\]: forces are those of the
+/// Limit of a segment's rotation in a step, relative to the body above the leg \[rad\]: forces are those of the
 /// step's beginning.
 const MAX_STEP_ROTATION: f64 = 1.0;
 
@@ -70,6 +71,12 @@ impl Machine {
                 ));
             }
         }
+        if !within(
+            seconds * self.state.legs[leg].abduction.rate.abs(),
+            MAX_STEP_ROTATION,
+        ) {
+            return diverged("the joint of abduction turns too fast".to_owned());
+        }
         let lengths = model.segments.iter().map(|segment| segment.length);
         let limit = MAX_VIOLATION_SHARE * lengths.fold(f64::INFINITY, f64::min);
         let joints = self.joint_gap(leg, &view);
@@ -88,7 +95,10 @@ impl Machine {
     pub(crate) fn check_energy(&self) -> Result<(), Divergence> {
         let balance = self.state.ledger.balance();
         let legs = self.model.legs.iter().flat_map(|leg| &leg.segments);
-        let mass = self.model.mass + legs.map(|segment| segment.mass).sum::<f64>();
+        let carriers = self.model.legs.iter().filter_map(|leg| leg.carrier);
+        let mass = self.model.mass
+            + legs.map(|segment| segment.mass).sum::<f64>()
+            + carriers.map(|carrier| carrier.mass).sum::<f64>();
         let limit = MAX_GAIN_SHARE * balance.exchanged + PERMITTED_LIFT * GRAVITY * mass;
         let diverged = |why: String| Divergence {
             part: "energy".to_owned(),
@@ -144,6 +154,11 @@ impl Machine {
             // Unlike with `f64::max`, NaN prevails.
             worst = if gap <= worst { worst } else { gap };
             joint = view.place(&end(segment.length));
+            if model.carrier.is_some() {
+                // A segment that leaves the plane of its leg turns about another axis.
+                let axes = [body, TRUNK].map(|k| view.bodies[k].pose.rotation * AXIS);
+                worst = worst.max(axes[0].cross(axes[1]).length() * segment.length);
+            }
         }
         worst
     }

@@ -253,9 +253,16 @@ pub enum RapierError {
     Contacts,
     /// Joints of abduction with a tree, or with steps of the engine alone.
     #[error(
-        "legs abduct with `joints = \"impulse\"` and `step_only = false` only: choose these, or `abduction = \"locked\"`"
+        "legs abduct with `joints = \"impulse\"` only, and not in steps of the engine alone: choose these joints, or \
+         `abduction = \"locked\"`"
     )]
     Abduction,
+    /// Axes of abduction that are not balanced about the trunk's centre of mass.
+    #[error(
+        "legs abduct about axes at the height of the trunk's centre of mass, in pairs on both sides of it, only: the carriers \
+         of others would move it; take `mujoco` or `lcp`"
+    )]
+    Balance,
     /// The axial share of inertia is not positive.
     #[error("the axial share of the segments' inertia is {0}; it has to be positive")]
     AxialShare(f64),

@@ -136,6 +136,13 @@ impl Dynamics for Machine {
         if saved.state.legs.len() != legs || saved.handles.legs.len() != legs {
             return Err(format!("{} legs, expected {legs}", saved.state.legs.len()));
         }
+        let carriers = saved.handles.legs.iter().zip(&self.handles.legs);
+        if carriers
+            .into_iter()
+            .any(|(a, b)| a.carrier.is_some() != b.carrier.is_some())
+        {
+            return Err("its joints of abduction are others".to_owned());
+        }
         self.state = saved.state;
         self.handles = saved.handles;
         self.world.replace(saved.sets);

@@ -100,10 +100,12 @@ impl Machine {
         }
     }
 
-    /// Returns the sweeps for this step: more if a foot lands, or did in the last step.
+    /// Returns the sweeps for this step: more if a foot lands or a leg reaches a stop of abduction,
+    /// or did in the last step.
     fn sweeps(&mut self, seconds: f64) -> u32 {
         let solver = self.options.solver;
-        let lands = (0..self.model.legs.len()).any(|leg| self.lands(leg, seconds));
+        let mut legs = 0..self.model.legs.len();
+        let lands = legs.any(|leg| self.lands(leg, seconds) || self.stops(leg, seconds));
         let landed = std::mem::replace(&mut self.state.landing, lands);
         if lands || landed {
             solver.pgs_iterations.max(solver.landing_iterations)

@@ -1,7 +1,7 @@
 //! Legs that abduct.
 
-use twinrig_kernel::SimDuration;
-use twinrig_legged::{Abduction, Base, Setup};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_legged::{Abduction, Base, Push, PushShape, PushTarget, Setup};
 use twinrig_rapier::{Joints, Options, Rapier, RapierError};
 use twinrig_robot::Robot;
 use twinrig_runtime::Plant as _;
@@ -12,9 +12,20 @@ use twinrig_testing::robots::{self, LEGS, SERVOS, pose, suspended};
 
 use crate::fixture::{Fixture, with_joints};
 
-/// A robot whose legs abduct, about axes beside and above the hips.
+/// A robot whose legs abduct, about axes beside the hips, at their height.
 fn robot() -> Robot {
-    robots::with_legs(|leg| leg.abduction = Some(JOINT))
+    level(robots::with_legs(|leg| leg.abduction = Some(JOINT)))
+}
+
+fn level(mut robot: Robot) -> Robot {
+    for joint in robot
+        .legs
+        .iter_mut()
+        .filter_map(|mount| mount.leg.abduction.as_mut())
+    {
+        joint.height = 0.0;
+    }
+    robot
 }
 
 /// Legs between their stops, without drives at hip and knee.
@@ -30,12 +41,11 @@ fn create(robot: &Robot, setup: Setup) -> Fixture {
     with_joints(robot, setup, Joints::Impulse)
 }
 
-/// The energy is ours, the motion the engine's: a wrong inertia, place or velocity would not be
-/// conserved. The residual is that of the method, whose velocities are half a step old: of order
-/// one.
+/// Work and energy are ours, the motion the engine's. The residual is that of the method, whose
+/// velocities are half a step old: of order one.
 #[test]
 fn energy_of_a_tumbling_robot_is_conserved() {
-    let robot = without_impacts();
+    let robot = level(without_impacts());
     let residual = |seed: u64, step_us: u64| {
         let setup = Setup {
             start: pose([10.0, -26.0, 44.0], [0.0; 3]),
@@ -109,6 +119,42 @@ fn joints_are_saved_and_resumed() {
     assert_eq!(lines.len(), LEGS.len(), "{lines:?}");
 }
 
+/// A push turns a robot in the air whose hinges hold as one whose joints are locked: carriers change
+/// neither its mass nor its inertia.
+#[test]
+fn robot_with_carriers_has_the_inertia_of_one_without() {
+    let push = Push {
+        name: "shove".to_owned(),
+        target: PushTarget::Trunk([0.05, 0.03, 0.02]),
+        at: SimTime::ZERO,
+        duration: SimDuration::from_millis(10),
+        shape: PushShape::Rectangle,
+        peak: [3.0, 6.0, -3.0],
+    };
+    let turned = |abduction: Abduction| {
+        let setup = Setup {
+            step: SimDuration::from_micros(200),
+            ..hanging(Base::Free, abduction)
+        };
+        let options = Options::new(setup, Joints::Impulse);
+        let plant = Rapier::new(&robot(), &options, &|_| true).unwrap();
+        let mut fixture = Fixture::new(plant.with_pushes(&[push.clone()], &|_| true).unwrap());
+        fixture.advance_us(10_000);
+        ["body/velocity", "body/angular_velocity"].map(|signal| fixture.read(signal))
+    };
+    let free = turned(Abduction::Servos(servo(1.0)));
+    let locked = turned(Abduction::Locked);
+    for (free, locked) in free.iter().zip(&locked) {
+        let size = locked
+            .iter()
+            .fold(0.0, |size: f64, rate| size.max(rate.abs()));
+        assert!(size > 1e-2, "{locked:?}");
+        for (a, b) in free.iter().zip(locked) {
+            assert!((a - b).abs() < 0.01 * size, "{free:?} {locked:?}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_abduct_is_refused() {
     let setup = || hanging(Base::Free, Abduction::Passive);
@@ -124,6 +170,11 @@ fn what_cannot_abduct_is_refused() {
     };
     assert_eq!(refused(&robot(), &alone), RapierError::Abduction);
     let options = Options::new(setup(), Joints::Impulse);
+    let above = robots::with_legs(|leg| leg.abduction = Some(JOINT));
+    assert_eq!(refused(&above, &options), RapierError::Balance);
+    let mut three = options.clone();
+    three.setup.legs.pop();
+    assert_eq!(refused(&robot(), &three), RapierError::Balance);
     let text = refused(&robots::robot(), &options).to_string();
     assert!(text.contains("leg LF has no joint of abduction"), "{text}");
 }
