@@ -138,7 +138,11 @@ fn robot_with_carriers_has_the_inertia_of_one_without() {
         };
         let options = Options::new(setup, Joints::Impulse);
         let plant = Rapier::new(&robot(), &options, &|_| true).unwrap();
-        let mut fixture = Fixture::new(plant.with_pushes(&[push.clone()], &|_| true).unwrap());
+        let mut fixture = Fixture::new(
+            plant
+                .with_pushes(std::slice::from_ref(&push), &|_| true)
+                .unwrap(),
+        );
         fixture.advance_us(10_000);
         ["body/velocity", "body/angular_velocity"].map(|signal| fixture.read(signal))
     };
