@@ -6,10 +6,10 @@
 use rapier3d_f64::math::Vector;
 
 use crate::assembly::ABDUCTION;
+use crate::conversion::ANGULAR;
 use crate::drives::{Effort, Kind, StepTiming};
 use crate::model::TRUNK;
 use crate::robot::{Machine, View};
-use crate::step::ANGULAR;
 
 /// A joint at the beginning of a step.
 #[derive(Clone, Copy)]

@@ -1,7 +1,11 @@
-//! Conversions between the engine's vectors and nalgebra's, and attitudes of links.
+//! Conversions between the engine's vectors and nalgebra's, attitudes of links, and the engine's
+//! number of an axis.
 
 use nalgebra::Vector3;
 use rapier3d_f64::math::{Rotation, Vector};
+
+/// Index of the angular x axis in the engine's lists.
+pub(crate) const ANGULAR: usize = 3;
 
 pub(crate) fn to_nalgebra(v: Vector) -> Vector3<f64> {
     Vector3::new(v.x, v.y, v.z)

@@ -10,16 +10,13 @@ use rapier3d_f64::math::{Pose, Rotation, Vector};
 use twinrig_contact::Terrain;
 
 use crate::abduction::JointStart;
-use crate::conversion::{to_engine, to_nalgebra};
+use crate::conversion::{ANGULAR, to_engine, to_nalgebra};
 use crate::divergence::Divergence;
 use crate::drives::{Effort, StepTiming, kinds};
 use crate::model::{CABLE, FOOT, ROPES};
 use crate::options::Joints;
 use crate::robot::{Machine, View};
 use crate::rope::{LINEAR, RopeStep};
-
-/// Index of the angular x axis in the engine's lists.
-pub(crate) const ANGULAR: usize = 3;
 
 /// Largest gap at which a stop that pushed in the last step remains active \[m\].
 const ACTIVE_GAP: f64 = 1e-4;
