@@ -14,8 +14,8 @@ use crate::robot::{Machine, View};
 /// Limit of joint gaps and stop violations, as a share of the leg's shortest segment.
 const MAX_VIOLATION_SHARE: f64 = 0.25;
 
-/// Limit of a segment's rotation in a step, relative to the body above the leg \[rad\]: forces are those of the
-/// step's beginning.
+/// Limit of a rotation in a step \[rad\], of a segment relative to the body above the leg, and of a
+/// joint of abduction: forces are those of the step's beginning.
 const MAX_STEP_ROTATION: f64 = 1.0;
 
 /// Limit of the energy gain in the residual, as a share of the energy exchanged.
