@@ -60,8 +60,8 @@ impl Machine {
         angle.min(next) < least || angle.max(next) > greatest
     }
 
-    /// Applies friction, over the interval of forces, and sets the motor of the servo. The first leg
-    /// resets the forces on the trunk.
+    /// Applies friction, over the interval of forces, and sets the motor of the servo. The first
+    /// leg resets the forces on the trunk.
     pub(crate) fn prepare_joint(&mut self, leg: usize, start: &JointStart, timing: StepTiming) {
         let Some(handles) = self.handles.legs[leg].carrier else {
             return;

@@ -62,9 +62,9 @@
 //! 1.5 % in Oncilla. All forces of abduction pass through this light body: feet of a hanging trot
 //! leave the plane of their leg by 1.6 mm with 300 sweeps, by 0.1 mm with 3 000. The stops are
 //! limits of the hinge, without look-ahead: a leg exceeds them by up to a step, and what brings it
-//! back remains as a velocity (`abduction.rs`). The step in which it reaches one, and the next, have
-//! as many sweeps as a landing. An ideal drive that jumps by 12° in a step moves feet off their
-//! plane by centimetres, which ends the run: command servos.
+//! back remains as a velocity (`abduction.rs`). The step in which it reaches one, and the next,
+//! have as many sweeps as a landing. An ideal drive that jumps by 12° in a step moves feet off
+//! their plane by centimetres, which ends the run: command servos.
 //!
 //! *Feet* are balls of 0.1 mm with the engine's friction and restitution. Each has its own ground
 //! plane, the tangent plane of the terrain below it: terrain is smooth (`twinrig-contact`), while a

@@ -119,8 +119,8 @@ fn joints_are_saved_and_resumed() {
     assert_eq!(lines.len(), LEGS.len(), "{lines:?}");
 }
 
-/// A push turns a robot in the air whose hinges hold as one whose joints are locked: carriers change
-/// neither its mass nor its inertia.
+/// A push turns a robot in the air whose hinges hold as one whose joints are locked: carriers
+/// change neither its mass nor its inertia.
 #[test]
 fn robot_with_carriers_has_the_inertia_of_one_without() {
     let push = Push {
