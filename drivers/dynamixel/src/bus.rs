@@ -1,0 +1,38 @@
+use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, UsbSerial};
+
+use crate::config::BusConfig;
+use crate::error::BusError;
+use crate::node::ServoNode;
+
+/// Transport between the host's driver and the plant: USB converter, half-duplex bus, servos.
+pub type BusWire = UsbSerial<Box<dyn Line>>;
+
+impl BusConfig {
+    /// Returns the emulated bus to which the driver is connected in virtual time.
+    ///
+    /// # Errors
+    /// [`BusError`] if the configuration is invalid.
+    pub fn wire(&self) -> Result<BusWire, BusError> {
+        self.check()?;
+        let (name, byte_time, faults) = (&self.name, self.byte_time, &self.faults);
+        let has_faults = |place: &str| faults.faults.iter().any(|fault| fault.on == place);
+        let mut nodes: Vec<Box<dyn Node>> = Vec::new();
+        for servo in &self.servos {
+            let place = format!("wire/{name}/{}", servo.name);
+            let node = ServoNode::new(name, servo, byte_time);
+            nodes.push(if has_faults(&place) {
+                Box::new(FaultyNode::new(&place, byte_time, faults, node)?)
+            } else {
+                Box::new(node)
+            });
+        }
+        let mut line: Box<dyn Line> =
+            Box::new(Rs485::new(name, byte_time, self.turnaround, nodes)?);
+        let place = format!("wire/{name}");
+        if has_faults(&place) {
+            line = Box::new(Faulty::new(&place, byte_time, faults, line)?);
+        }
+        let usb = self.usb.clone();
+        Ok(UsbSerial::new(name, usb, byte_time, self.seed, line)?)
+    }
+}

@@ -1,0 +1,186 @@
+use twinrig_kernel::{BoardClock, SimDuration};
+use twinrig_wire::{FaultSchedule, UsbTiming};
+
+use crate::error::{BusError, PacketError};
+use crate::protocol::{FastAnswer, Protocol};
+use crate::request::{BulkReads, Request};
+use crate::table::Model;
+
+/// Servo on a bus.
+#[derive(Clone, Debug)]
+pub struct ServoConfig {
+    /// Name, for messages, diagnostics and faults: `LF/hip`.
+    pub name: String,
+    /// Model.
+    pub model: &'static Model,
+    /// Identifier.
+    pub id: u8,
+    /// Values of registers at power-on that differ from the initial ones, by address.
+    pub registers: Vec<(u16, i32)>,
+    /// Values that the driver writes when it prepares the servo, by address.
+    pub settings: Vec<(u16, i32)>,
+    /// Signals of the plant.
+    pub signals: JointSignals,
+    /// Command of the process \[rad\].
+    pub command: String,
+    /// Voltage of the supply where the plant has none \[V\].
+    pub voltage: f64,
+    /// Temperature \[°C\].
+    pub temperature: f64,
+    /// Clock.
+    pub clock: BoardClock,
+}
+
+/// Signals of a servo in the plant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JointSignals {
+    /// Angle of the shaft \[rad\].
+    pub angle: String,
+    /// Its rate \[rad/s\].
+    pub rate: String,
+    /// Current of the motor \[A\], if the plant has it.
+    pub current: String,
+    /// Voltage of the supply \[V\], if the plant has it.
+    pub supply: String,
+    /// Duty cycle of the bridge, −1 to 1.
+    pub duty: String,
+    /// Whether the bridge is closed: 1, or 0.
+    pub bridge: String,
+}
+
+impl JointSignals {
+    /// Returns the signals of a joint: `leg/LF/hip/position` and so on.
+    pub fn of_joint(joint: &str) -> Self {
+        let of = |what: &str| format!("{joint}/{what}");
+        Self {
+            angle: of("position"),
+            rate: of("rate"),
+            current: of("current"),
+            supply: of("supply"),
+            duty: of("duty"),
+            bridge: of("bridge"),
+        }
+    }
+}
+
+/// Way to read the positions of all servos.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReadPattern {
+    /// One after the other, each by an instruction of its own.
+    Read,
+    /// By one instruction, answered by one after the other.
+    #[default]
+    SyncRead,
+    /// The same with registers for each servo.
+    BulkRead,
+    /// By one instruction, with one answer of all.
+    FastSyncRead,
+}
+
+/// Bus with its servos.
+#[derive(Clone, Debug)]
+pub struct BusConfig {
+    /// Name of the bus in the scenario.
+    pub name: String,
+    /// Servos.
+    pub servos: Vec<ServoConfig>,
+    /// Time of a byte.
+    pub byte_time: SimDuration,
+    /// Way to read the positions.
+    pub pattern: ReadPattern,
+    /// Nominal period of the transfers.
+    pub period: SimDuration,
+    /// Time-out of an answer besides its bytes and the return delay.
+    pub timeout: SimDuration,
+    /// USB converter.
+    pub usb: UsbTiming,
+    /// Time for which the host receives nothing after its own transmission.
+    pub turnaround: SimDuration,
+    /// Faults.
+    pub faults: FaultSchedule,
+    /// Seed of the run.
+    pub seed: u64,
+}
+
+impl BusConfig {
+    /// Rejects a bus on which servos cannot be told apart.
+    pub(crate) fn check(&self) -> Result<(), BusError> {
+        for (n, servo) in self.servos.iter().enumerate() {
+            let same = |other: &&ServoConfig| other.id == servo.id || other.name == servo.name;
+            if let Some(other) = self.servos[..n].iter().find(same) {
+                return Err(BusError::Twice {
+                    first: other.name.clone(),
+                    second: servo.name.clone(),
+                });
+            }
+            if servo.id > servo.model.protocol.id_max() {
+                return Err(BusError::Id {
+                    servo: servo.name.clone(),
+                    id: servo.id,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the entries of a bulk read of all servos, if that and their goals fit into packets.
+    pub(crate) fn checked_reads(&self) -> Result<Vec<u8>, BusError> {
+        let reads = self.bulk_reads().and_then(|reads| {
+            self.check_lengths(&reads)?;
+            Ok(reads)
+        });
+        reads.map_err(|source| BusError::Packet {
+            servos: self.servos.len(),
+            source,
+        })
+    }
+
+    fn bulk_reads(&self) -> Result<Vec<u8>, PacketError> {
+        let mut reads = Vec::new();
+        for servo in &self.servos {
+            let span = servo.model.present();
+            BulkReads::append(self.protocol(), servo.id, span, &mut reads)?;
+        }
+        Ok(reads)
+    }
+
+    /// Checks that goals, whatever they are, and reads of all servos fit into packets.
+    fn check_lengths(&self, reads: &[u8]) -> Result<(), PacketError> {
+        let Some(model) = self.servos.first().map(|servo| servo.model) else {
+            return Ok(());
+        };
+        let protocol = self.protocol();
+        let size = 1 + usize::from(model.goal().length);
+        // As many bytes as possible that are stuffed.
+        let stuffed = [0xff, 0xff, 0xfd].into_iter().cycle();
+        let goals: Vec<u8> = stuffed.take(size * self.servos.len()).collect();
+        let requests = [
+            Request::SyncWrite {
+                span: model.goal(),
+                data: &goals,
+            },
+            Request::BulkRead(BulkReads::new(protocol, reads)),
+        ];
+        for request in requests {
+            request.encode(protocol, Protocol::BROADCAST, &mut Vec::new())?;
+        }
+        if self.pattern != ReadPattern::FastSyncRead {
+            return Ok(());
+        }
+        let answer = FastAnswer {
+            servos: self.servos.len(),
+            data: self.servos.len() * usize::from(model.present().length),
+        };
+        let (found, most) = (answer.length(), protocol.packet_max());
+        if found > most {
+            return Err(PacketError::Length { found, most });
+        }
+        Ok(())
+    }
+
+    /// Returns the protocol of the servos.
+    pub(crate) fn protocol(&self) -> Protocol {
+        let first = self.servos.first();
+        first.map_or(Protocol::Two, |servo| servo.model.protocol)
+    }
+}

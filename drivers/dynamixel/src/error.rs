@@ -1,0 +1,50 @@
+use thiserror::Error;
+use twinrig_wire::WireError;
+
+/// A packet that cannot be encoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum PacketError {
+    /// It is too long.
+    #[error("a packet of {found} bytes; at most {most} are possible: address fewer servos at once")]
+    Length {
+        /// Its length \[bytes\].
+        found: usize,
+        /// The greatest length \[bytes\].
+        most: usize,
+    },
+    /// Protocol 1.0 has addresses and lengths up to 255, and fewer instructions.
+    #[error("protocol 1.0 has no {0}")]
+    Unsupported(&'static str),
+}
+
+/// A bus that cannot be built.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BusError {
+    /// Two servos with the same name or identifier.
+    #[error("the servos `{first}` and `{second}` have the same name or identifier")]
+    Twice {
+        /// Name of the one.
+        first: String,
+        /// Name of the other.
+        second: String,
+    },
+    /// An identifier that no servo has.
+    #[error("the servo `{servo}` cannot have the identifier {id}")]
+    Id {
+        /// Name of the servo.
+        servo: String,
+        /// Identifier.
+        id: u8,
+    },
+    /// Goals or reads that do not fit into a packet.
+    #[error("{servos} servos are too many for this bus: {source}")]
+    Packet {
+        /// Number of servos.
+        servos: usize,
+        /// The reason.
+        source: PacketError,
+    },
+    /// The transport.
+    #[error(transparent)]
+    Wire(#[from] WireError),
+}

@@ -1,0 +1,67 @@
+//! Dynamixel servos without input or output: packets of protocols 1.0 and 2.0, control tables as
+//! data, the driver of the host, and emulated servos. Bytes and times in, bytes and times out; no
+//! clock, port or thread.
+//!
+//! | part | contents |
+//! |---|---|
+//! | packets | [`Protocol`] encodes and matches them, [`Parser`] finds them in a stream |
+//! | instructions | [`Request`], with [`Instruction`] and [`ErrorNumber`] |
+//! | control tables | [`Model`] and its [`Item`]s; [`x`] has those of the X series, and its firmware |
+//! | servo | [`Registers`], with the access rules of the bus; [`Responder`], which answers; [`ServoNode`], with firmware and plant |
+//! | bus | [`BusConfig`], of which [`DynamixelDriver`] and [`BusWire`] are made |
+//!
+//! ```
+//! use twinrig_dynamixel::{Protocol, Request, Responder, Span, x};
+//! use twinrig_kernel::{SimDuration, SimTime};
+//! use twinrig_wire::Piece;
+//!
+//! let byte_time = SimDuration::from_micros(10);
+//! let mut servo = Responder::new(&x::XL330_M288, 7, byte_time);
+//! let mut request = Vec::new();
+//! let span = Span { address: 0, length: 2 };
+//! Request::Read(span).encode(Protocol::Two, 7, &mut request)?;
+//!
+//! let first = SimTime::ZERO + byte_time;
+//! let piece = Piece { first, spacing: byte_time, bytes: &request, framing_error: false };
+//! servo.receive(piece);
+//! servo.handle(piece.last());
+//!
+//! // The answer: model 1200, 500 µs after the request of 14 bytes.
+//! let mut answer = Vec::new();
+//! let start = servo.poll_transmit(&mut answer);
+//! assert_eq!(start, Some(SimTime::ZERO + SimDuration::from_micros(640)));
+//! assert_eq!(answer[8..11], [0, 0xb0, 0x04]);
+//! # Ok::<(), twinrig_dynamixel::PacketError>(())
+//! ```
+//!
+//! Out of scope: USB and UART (`twinrig-wire`), the motor (`twinrig-actuator`), baud rates other than
+//! that of the bus, secondary identifiers, and the time of a restart.
+
+mod bus;
+mod codes;
+mod config;
+mod driver;
+mod error;
+mod node;
+mod parser;
+mod protocol;
+mod registers;
+mod request;
+mod responder;
+mod table;
+pub mod x;
+
+pub use bus::BusWire;
+pub use codes::{ErrorNumber, Instruction};
+pub use config::{BusConfig, JointSignals, ReadPattern, ServoConfig};
+pub use driver::DynamixelDriver;
+pub use error::{BusError, PacketError};
+pub use node::ServoNode;
+pub use parser::{Parser, Received};
+pub use protocol::{Packet, Protocol, Status};
+pub use registers::Registers;
+pub use request::{BulkReads, Kept, Request, Span};
+pub use responder::{Responder, ResponderCounters};
+pub use table::{
+    Access, Bounds, Errors, Format, Indirect, Item, Model, PositionScale, Roles, Source,
+};

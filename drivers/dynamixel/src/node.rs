@@ -1,0 +1,221 @@
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{LocalTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
+use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
+use twinrig_wire::{Diagnostics, Node, Piece};
+
+use crate::config::{JointSignals, ServoConfig};
+use crate::responder::Responder;
+use crate::x::{Bridge, Firmware, Measured, PERIOD};
+
+/// Emulated servo on a bus: its registers, the inner loops of its firmware at its own clock, and the
+/// motor in the plant.
+///
+/// At each period it samples the angle of its shaft \[rad\], the rate \[rad/s\] and, where the plant
+/// has them, the current of the motor \[A\] and the voltage of the supply \[V\]; it writes the duty
+/// cycle of the bridge and whether it is closed.
+///
+/// Diagnostics, `BUS/SERVO/…`, counted from power-on: `instructions`, `answers`, `refused`,
+/// `damaged`, `framing_errors` ([`crate::ResponderCounters`]), `unheard`, bytes outside packets.
+pub struct ServoNode {
+    config: ServoConfig,
+    /// Prefix of the diagnostics.
+    prefix: String,
+    responder: Responder,
+    firmware: Firmware,
+    signals: Signals,
+    state: State,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct State {
+    next_tick: LocalTime,
+    /// `next_tick` in physical time.
+    wake: SimTime,
+    /// Command of the bridge as last written to the plant.
+    bridge: Option<Bridge>,
+}
+
+/// Places of the signals in the plant.
+#[derive(Clone, Debug, Default)]
+struct Signals {
+    angle: Range<usize>,
+    rate: Range<usize>,
+    current: Option<Range<usize>>,
+    supply: Option<Range<usize>>,
+    duty: Range<usize>,
+    bridge: Range<usize>,
+}
+
+impl ServoNode {
+    /// Creates a servo at power-on, on the bus of that name, where a byte takes `byte_time`.
+    pub fn new(bus: &str, config: &ServoConfig, byte_time: SimDuration) -> Self {
+        let mut responder = Responder::new(config.model, config.id, byte_time);
+        for &(address, value) in &config.registers {
+            responder.registers_mut().set(address, value);
+        }
+        let clock = &config.clock;
+        // The first complete period after power-on.
+        let shown = clock.local_at(SimTime::ZERO).as_nanos();
+        let period = PERIOD.as_nanos();
+        let next_tick = LocalTime::from_nanos((shown.div_euclid(period) + 1) * period);
+        Self {
+            prefix: format!("{bus}/{}", config.name),
+            responder,
+            firmware: Firmware::default(),
+            signals: Signals::default(),
+            state: State {
+                next_tick,
+                wake: clock.sim_at(next_tick),
+                bridge: None,
+            },
+            config: config.clone(),
+        }
+    }
+
+    /// Returns the side of the bus.
+    pub fn responder(&self) -> &Responder {
+        &self.responder
+    }
+
+    fn tick(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.state.next_tick = self.state.next_tick + PERIOD;
+        self.state.wake = self.config.clock.sim_at(self.state.next_tick);
+        let measured = self.measure(plant)?;
+        if self.responder.take_restart() {
+            self.firmware = Firmware::default();
+        }
+        if self.responder.take_cleared_turns() {
+            self.firmware.clear_turns(self.responder.registers());
+        }
+        let instructions = self.responder.counters().instructions;
+        let registers = self.responder.registers_mut();
+        let bridge = self.firmware.step(registers, &measured, instructions);
+        if self.state.bridge != Some(bridge) {
+            let (closed, duty) = match bridge {
+                Bridge::Open => (0.0, 0.0),
+                Bridge::Duty(duty) => (1.0, duty),
+            };
+            plant.actuate(self.signals.duty.clone())?.fill(duty);
+            plant.actuate(self.signals.bridge.clone())?.fill(closed);
+            self.state.bridge = Some(bridge);
+        }
+        Ok(())
+    }
+
+    fn measure(&self, plant: &mut dyn PlantAccess) -> Result<Measured, TaskError> {
+        let Signals {
+            angle,
+            rate,
+            current,
+            supply,
+            ..
+        } = &self.signals;
+        let mut sample = |range: &Range<usize>| -> Result<f64, TaskError> {
+            Ok(plant
+                .sample(range.clone())?
+                .first()
+                .copied()
+                .unwrap_or_default())
+        };
+        Ok(Measured {
+            angle: sample(angle)?,
+            rate: sample(rate)?,
+            current: current.as_ref().map_or(Ok(0.0), &mut sample)?,
+            voltage: supply
+                .as_ref()
+                .map_or(Ok(self.config.voltage), &mut sample)?,
+            temperature: self.config.temperature,
+        })
+    }
+
+    fn report(&self, diagnostics: &mut Diagnostics<'_>) {
+        let counters = self.responder.counters();
+        diagnostics.count("instructions", counters.instructions);
+        diagnostics.count("answers", counters.answers);
+        diagnostics.count("refused", counters.refused);
+        diagnostics.count("damaged", counters.damaged);
+        diagnostics.count("framing_errors", counters.framing_errors);
+        diagnostics.count("unheard", self.responder.skipped());
+    }
+}
+
+impl Part for ServoNode {
+    fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+        let JointSignals {
+            angle,
+            rate,
+            current,
+            supply,
+            duty,
+            bridge,
+        } = &self.config.signals;
+        let find = |port: Port| plant.find(owner, &port);
+        self.signals = Signals {
+            angle: find(Port::input(angle, Unit::Radian, 1))?,
+            rate: find(Port::input(rate, Unit::RadianPerSecond, 1))?,
+            current: find(Port::input(current, Unit::Ampere, 1)).ok(),
+            supply: find(Port::input(supply, Unit::Volt, 1)).ok(),
+            duty: find(Port::output(duty, Unit::One, 1))?,
+            bridge: find(Port::output(bridge, Unit::One, 1))?,
+        };
+        Ok(())
+    }
+
+    fn diagnostics(&self) -> Vec<Port> {
+        Diagnostics::ports(&self.prefix, |diagnostics| self.report(diagnostics))
+    }
+
+    fn read_diagnostics(&self, _now: SimTime, values: &mut [f64]) {
+        Diagnostics::read(values, |diagnostics| self.report(diagnostics));
+    }
+
+    fn save(&self) -> Snapshot {
+        let name = &self.config.name;
+        Snapshot::of(&(name, self.responder.save(), &self.firmware, &self.state))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let (name, responder, firmware, state): (String, Snapshot, _, _) = snapshot.read()?;
+        if name != self.config.name {
+            return Err(SnapshotError::Mismatch {
+                expected: self.config.name.clone(),
+                found: name,
+            });
+        }
+        self.responder.restore(&responder)?;
+        (self.firmware, self.state) = (firmware, state);
+        Ok(())
+    }
+}
+
+impl Node for ServoNode {
+    fn name(&self) -> &str {
+        &self.config.name
+    }
+
+    fn receive(&mut self, piece: Piece<'_>) {
+        self.responder.receive(piece);
+    }
+
+    fn min_bytes_needed(&self) -> Option<usize> {
+        Some(self.responder.missing())
+    }
+
+    fn next_wake(&self) -> Option<SimTime> {
+        Some(self.state.wake)
+    }
+
+    fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        while self.state.wake <= now {
+            self.tick(plant)?;
+        }
+        self.responder.handle(now);
+        Ok(())
+    }
+
+    fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
+        self.responder.poll_transmit(bytes)
+    }
+}

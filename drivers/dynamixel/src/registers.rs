@@ -1,0 +1,237 @@
+use twinrig_kernel::{Snapshot, SnapshotError};
+
+use crate::codes::ErrorNumber;
+use crate::request::{Kept, Span};
+use crate::table::{Access, Bounds, Indirect, Item, Model, Roles};
+
+/// Registers of a servo: a control table with its values.
+///
+/// Writes from the bus are checked as a whole: one that is refused changes nothing.
+#[derive(Clone, Debug)]
+pub struct Registers {
+    model: &'static Model,
+    bytes: Vec<u8>,
+    /// Addresses and former values of the bytes that a write has changed so far.
+    changed: Vec<(u16, u8)>,
+}
+
+impl Registers {
+    /// Creates the registers with their initial values.
+    pub fn new(model: &'static Model) -> Self {
+        let mut registers = Self {
+            model,
+            bytes: vec![0; model.size().into()],
+            changed: Vec::new(),
+        };
+        registers.reset(|_| true);
+        registers
+    }
+
+    /// Returns the model of the servo.
+    pub fn model(&self) -> &'static Model {
+        self.model
+    }
+
+    /// Sets registers to their initial values.
+    fn reset(&mut self, which: impl Fn(&Item) -> bool) {
+        for item in self.model.items.iter().filter(|item| which(item)) {
+            self.store(item, item.initial);
+        }
+        for indirect in self.model.indirect {
+            for n in 0..indirect.count {
+                let [low, high] = (indirect.data + n).to_le_bytes();
+                let at = usize::from(indirect.addresses + 2 * n);
+                self.bytes[at..at + 2].copy_from_slice(&[low, high]);
+            }
+        }
+    }
+
+    /// Restarts the servo: registers outside of the EEPROM have their initial values.
+    pub fn restart(&mut self) {
+        self.reset(|item| item.access != Access::Eeprom);
+    }
+
+    /// Sets all registers but `kept` to their initial values.
+    pub fn factory_reset(&mut self, kept: Kept) {
+        let roles = self.model.roles;
+        let keeps = |item: &Item| match kept {
+            Kept::Nothing => false,
+            Kept::Id => item.address == roles.id,
+            Kept::IdAndBaudRate => [roles.id, roles.baud_rate].contains(&item.address),
+        };
+        self.reset(|item| !keeps(item));
+    }
+
+    /// Returns the value of the register at an address; 0 if there is none.
+    pub fn get(&self, address: u16) -> i32 {
+        self.model.item(address).map_or(0, |item| self.load(item))
+    }
+
+    /// Sets the register at an address, truncated to its size, from the side of the servo.
+    pub fn set(&mut self, address: u16, value: i32) {
+        if let Some(item) = self.model.item(address) {
+            self.store(item, value);
+        }
+    }
+
+    fn load(&self, item: &Item) -> i32 {
+        let at = usize::from(item.address);
+        let bytes = &self.bytes[at..at + usize::from(item.size)];
+        item.decode(bytes).unwrap_or_default()
+    }
+
+    fn store(&mut self, item: &Item, value: i32) {
+        let (at, size) = (usize::from(item.address), usize::from(item.size));
+        self.bytes[at..at + size].copy_from_slice(&item.encode(value)[..size]);
+    }
+
+    /// Appends the values of registers to `data`. Addresses without a register read as 0: ASSUMED.
+    ///
+    /// # Errors
+    /// [`ErrorNumber::ACCESS`] beyond the table.
+    pub fn read(&self, span: Span, data: &mut Vec<u8>) -> Result<(), ErrorNumber> {
+        let start = usize::from(span.address);
+        let end = start + usize::from(span.length);
+        if end > self.bytes.len() {
+            return Err(ErrorNumber::ACCESS);
+        }
+        let addresses = span.address..span.address + span.length;
+        data.extend(addresses.map(|address| self.bytes[usize::from(self.target(address))]));
+        Ok(())
+    }
+
+    /// Returns the address for which an indirect register stands, or the address itself.
+    fn target(&self, address: u16) -> u16 {
+        let of = |it: &&Indirect| (it.data..it.data + it.count).contains(&address);
+        let Some(indirect) = self.model.indirect.iter().find(of) else {
+            return address;
+        };
+        let at = usize::from(indirect.addresses + 2 * (address - indirect.data));
+        u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
+    }
+
+    /// Writes to registers from the bus. A register that a write begins, it must complete, unless
+    /// it does so by indirect registers.
+    ///
+    /// # Errors
+    /// [`ErrorNumber`], as its constants describe.
+    pub fn write(&mut self, address: u16, data: &[u8]) -> Result<(), ErrorNumber> {
+        let locked = self.get(self.model.roles.torque) != 0;
+        self.changed.clear();
+        let written = self.write_bytes(address, data, locked);
+        let checked = written.and_then(|()| self.check_changed());
+        if checked.is_err() {
+            while let Some((address, byte)) = self.changed.pop() {
+                self.bytes[usize::from(address)] = byte;
+            }
+        }
+        checked
+    }
+
+    fn write_bytes(&mut self, address: u16, data: &[u8], locked: bool) -> Result<(), ErrorNumber> {
+        if usize::from(address) + data.len() > self.bytes.len() {
+            return Err(ErrorNumber::ACCESS);
+        }
+        if data.is_empty() {
+            return Err(ErrorNumber::DATA_LENGTH);
+        }
+        for (direct, &byte) in (address..).zip(data) {
+            let target = self.target(direct);
+            let place = usize::from(target);
+            match self.model.item_around(target) {
+                Some(item) => {
+                    let last = address + u16::try_from(data.len() - 1).unwrap_or(u16::MAX);
+                    let end = item.address + u16::from(item.size) - 1;
+                    match item.access {
+                        Access::ReadOnly => return Err(ErrorNumber::ACCESS),
+                        Access::Eeprom if locked => return Err(ErrorNumber::ACCESS),
+                        _ if target == direct && (item.address < address || end > last) => {
+                            return Err(ErrorNumber::DATA_LENGTH);
+                        }
+                        Access::Ram | Access::Eeprom => {}
+                    }
+                }
+                None if self.model.indirect_around(target).is_some() => {}
+                None => return Err(ErrorNumber::ACCESS),
+            }
+            self.changed.push((target, self.bytes[place]));
+            self.bytes[place] = byte;
+        }
+        Ok(())
+    }
+
+    /// Checks the values of the registers that were just written.
+    fn check_changed(&self) -> Result<(), ErrorNumber> {
+        for &(address, _) in &self.changed {
+            if let Some(item) = self.model.item_around(address) {
+                self.check(item)?;
+            } else if let Some(indirect) = self.model.indirect_around(address) {
+                let first = indirect.addresses;
+                if (first..first + 2 * indirect.count).contains(&address) {
+                    let at = usize::from(address - (address - first) % 2);
+                    let target = u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]]);
+                    let [low, high] = indirect.targets;
+                    if !(low..=high).contains(&target) {
+                        return Err(ErrorNumber::DATA_RANGE);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, item: &Item) -> Result<(), ErrorNumber> {
+        if let Some((watchdog, goals)) = self.model.roles.watchdog
+            && goals.contains(&item.address)
+            && self.get(watchdog) == Roles::SILENCE
+        {
+            return Err(ErrorNumber::DATA_RANGE);
+        }
+        let value = self.load(item);
+        let within = |low: i32, high: i32, error| {
+            let inside = (low..=high).contains(&value);
+            if inside { Ok(()) } else { Err(error) }
+        };
+        match item.bounds {
+            Bounds::Between(low, high) => within(low, high, ErrorNumber::DATA_RANGE),
+            Bounds::Limit(address) => {
+                let limit = self.get(address);
+                within(-limit, limit, ErrorNumber::DATA_LIMIT)
+            }
+            Bounds::Positions {
+                limits,
+                mode,
+                in_mode,
+                otherwise,
+            } => {
+                if self.get(mode) == in_mode {
+                    let [low, high] = limits.map(|address| self.get(address));
+                    within(low, high, ErrorNumber::DATA_LIMIT)
+                } else {
+                    within(-otherwise, otherwise, ErrorNumber::DATA_RANGE)
+                }
+            }
+        }
+    }
+
+    /// Saves the values.
+    pub fn save(&self) -> Snapshot {
+        Snapshot::of(&self.bytes)
+    }
+
+    /// Restores saved values.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if they are of another table.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        let bytes: Vec<u8> = snapshot.read()?;
+        if bytes.len() != self.bytes.len() {
+            return Err(SnapshotError::Mismatch {
+                expected: format!("a control table of {} bytes", self.bytes.len()),
+                found: format!("one of {}", bytes.len()),
+            });
+        }
+        self.bytes = bytes;
+        Ok(())
+    }
+}

@@ -1,0 +1,124 @@
+//! Answers to reads of several servos, each of which waits for the one before it.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::SimTime;
+
+use super::Responder;
+use crate::codes::ErrorNumber;
+use crate::protocol::{FastAnswer, Status, append_fast_part};
+use crate::request::Span;
+
+/// Pending answer of a servo that is not the first one to answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Turn {
+    span: (u16, u16),
+    pub(super) after: After,
+}
+
+impl Turn {
+    pub(super) fn span(&self) -> Span {
+        let (address, length) = self.span;
+        Span { address, length }
+    }
+}
+
+/// What precedes the answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum After {
+    /// The answer of this servo.
+    Answer(u8),
+    /// So many bytes of the common answer.
+    Bytes(usize),
+}
+
+impl Responder {
+    /// Takes part in the answers to a read of several servos.
+    pub(super) fn read_in_turn(&mut self, now: SimTime, reads: impl Iterator<Item = (u8, Span)>) {
+        let id = self.id();
+        let mut before = None;
+        for (of, span) in reads {
+            if of == id {
+                match before {
+                    None => self.answer_read(now, span),
+                    Some(before) => {
+                        self.turn = Some(Turn {
+                            span: (span.address, span.length),
+                            after: After::Answer(before),
+                        });
+                    }
+                }
+                return;
+            }
+            before = Some(of);
+        }
+    }
+
+    /// Takes part in the common answer to a fast read.
+    pub(super) fn read_fast(&mut self, now: SimTime, reads: impl Iterator<Item = (u8, Span)>) {
+        let id = self.id();
+        let (mut answer, mut own) = (FastAnswer::default(), None);
+        for (of, span) in reads {
+            if of == id && own.is_none() {
+                own = Some((span, answer));
+            }
+            answer.servos += 1;
+            answer.data += usize::from(span.length);
+        }
+        match own {
+            None => {}
+            Some(_) if answer.length() > self.protocol().packet_max() || !self.answers_reads() => {}
+            Some((span, FastAnswer { servos: 0, .. })) => {
+                let start = now + self.return_delay();
+                self.answer_fast(start, Some(answer), &[], span);
+            }
+            Some((span, before)) => {
+                self.common.clear();
+                self.turn = Some(Turn {
+                    span: (span.address, span.length),
+                    after: After::Bytes(before.length()),
+                });
+            }
+        }
+    }
+
+    /// Continues the common answer to a fast read when the parts before are complete.
+    pub(super) fn continue_fast(&mut self, now: SimTime) {
+        let Some(turn) = &self.turn else { return };
+        let After::Bytes(count) = turn.after else {
+            return;
+        };
+        if self.common.len() < count {
+            return;
+        }
+        let span = turn.span();
+        self.turn = None;
+        let common = std::mem::take(&mut self.common);
+        self.answer_fast(now, None, &common[..count], span);
+        self.common = common;
+        // What is heard of this packet lacks the own part.
+        self.parser.reset();
+    }
+
+    /// Transmits a part of a common answer from `start` on.
+    fn answer_fast(
+        &mut self,
+        start: SimTime,
+        first_of: Option<FastAnswer>,
+        before: &[u8],
+        span: Span,
+    ) {
+        self.data.clear();
+        let read = self.registers.read(span, &mut self.data);
+        // The part has its length in any case. ASSUMED.
+        self.data.resize(span.length.into(), 0);
+        let status = Status {
+            id: self.id(),
+            error: self.error_byte(read.err().unwrap_or(ErrorNumber::OK)),
+            data: &self.data,
+        };
+        let length = self.bytes.len();
+        append_fast_part(first_of, before, &status, &mut self.bytes);
+        self.pending.push_back((start, self.bytes.len() - length));
+        self.counters.answers += 1;
+    }
+}

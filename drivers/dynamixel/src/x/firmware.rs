@@ -1,0 +1,386 @@
+//! The inner loops of the firmware.
+//!
+//! | operating mode | status |
+//! |---|---|
+//! | 3, position | duty cycle compared with logs of a real servo; integral, derivative and feed-forward documented, not compared |
+//! | 4, extended position | as 3 |
+//! | 5, current-based position | documented, not compared |
+//! | 1, velocity | documented, not compared |
+//! | 0, current | the manual has no gains: ASSUMED |
+//! | 16, PWM | documented, not compared |
+//! | profiles, slope of the duty cycle, bus watchdog, shutdown | documented, not compared |
+//!
+//! The unit of the duty cycle is that of its register: 885 are 100 %. The manual gives the
+//! controller's gain as `K/128`; logs of a real servo show `K/256` of the error in counts, so that
+//! the other documented gains are halved, too.
+
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::LocalDuration;
+
+use super::register as r;
+use crate::registers::Registers;
+use crate::table::Roles;
+
+/// Period of the loops, by the clock of the servo. ASSUMED.
+pub const PERIOD: LocalDuration = LocalDuration::from_nanos(1_000_000);
+const PERIOD_S: f64 = 1e-3;
+
+/// Counts of a turn of the shaft.
+const COUNTS: f64 = 4_096.0;
+/// Position of the shaft at angle 0, in both directions of rotation. ASSUMED for the reverse one.
+const CENTRE: f64 = 2_048.0;
+/// Register of the duty cycle at 100 %.
+const FULL: f64 = 885.0;
+/// Unit of velocities: 0.229 rev/min, in counts per second.
+const VELOCITY: f64 = 0.229 / 60.0 * COUNTS;
+/// Unit of accelerations: 214.577 rev/min², in counts per second squared.
+const ACCELERATION: f64 = 214.577 / 3_600.0 * COUNTS;
+/// Duty cycle for an error of one count at a gain of 1 (logs in Rhoban/bam, see benches/xl330.toml).
+const POSITION_P: f64 = 1.0 / 256.0;
+const POSITION_I: f64 = 0.5 / 65_536.0;
+const POSITION_D: f64 = 0.5 / 16.0;
+const FEEDFORWARD: f64 = 0.5 / 4.0;
+const VELOCITY_P: f64 = 0.5 / 128.0;
+const VELOCITY_I: f64 = 0.5 / 65_536.0;
+/// Duty cycle for each milliampere of an error of the current in each period. ASSUMED.
+const CURRENT_I: f64 = 0.05;
+/// Unit of the slope of the duty cycle \[V/s\].
+const SLOPE: f64 = 1.977;
+/// Unit of the bus watchdog, in periods.
+const WATCHDOG: i32 = 20;
+/// Time for which the duty cycle is at its limit without motion before it is an overload, in
+/// periods. ASSUMED.
+const OVERLOAD: u32 = 1_000;
+
+/// Bits of the hardware error.
+pub mod hardware_error {
+    /// The supply is outside of its limits.
+    pub const INPUT_VOLTAGE: i32 = 1 << 0;
+    /// The temperature is above its limit.
+    pub const OVERHEATING: i32 = 1 << 2;
+    /// The load exceeds the greatest output for long.
+    pub const OVERLOAD: i32 = 1 << 5;
+}
+
+/// Measurements of a servo.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// Angle of the shaft \[rad\].
+    pub angle: f64,
+    /// Its rate \[rad/s\].
+    pub rate: f64,
+    /// Current of the motor \[A\].
+    pub current: f64,
+    /// Voltage of the supply \[V\].
+    pub voltage: f64,
+    /// Temperature \[°C\].
+    pub temperature: f64,
+}
+
+/// Command of the bridge.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Bridge {
+    /// Open: the motor has no current.
+    Open,
+    /// Duty cycle, −1 to 1.
+    Duty(f64),
+}
+
+/// Firmware of a servo of the X series: reads goals and limits in the registers, and writes the
+/// measurements.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Firmware {
+    /// Mode in which the loops run; none with the torque off.
+    running: Option<i32>,
+    /// Set-point of the profile \[counts\], and its rate \[counts/s\].
+    set_point: f64,
+    set_rate: f64,
+    /// Sum of errors over periods.
+    integral: f64,
+    /// Duty cycle.
+    pwm: f64,
+    /// Counts by which the position differs from that of the encoder: whole turns.
+    turns: i32,
+    ticks: u64,
+    /// Periods without an instruction, and the number of instructions before.
+    silence: i32,
+    instructions: u64,
+    /// Periods at the limit without motion.
+    overload: u32,
+}
+
+/// Operating modes.
+mod mode {
+    pub(super) const CURRENT: i32 = 0;
+    pub(super) const VELOCITY: i32 = 1;
+    pub(super) const POSITION: i32 = 3;
+    pub(super) const EXTENDED: i32 = 4;
+    pub(super) const CURRENT_BASED: i32 = 5;
+    pub(super) const PWM: i32 = 16;
+}
+
+impl Default for Firmware {
+    fn default() -> Self {
+        Self {
+            running: None,
+            set_point: 0.0,
+            set_rate: 0.0,
+            integral: 0.0,
+            pwm: 0.0,
+            turns: 0,
+            ticks: 0,
+            silence: 0,
+            instructions: 0,
+            overload: 0,
+        }
+    }
+}
+
+impl Firmware {
+    /// Forgets the turns: the position is within one turn.
+    pub fn clear_turns(&mut self, registers: &Registers) {
+        let position = registers.get(r::PRESENT_POSITION) - registers.get(r::HOMING_OFFSET);
+        let turns = libm::floor(f64::from(position) / COUNTS) * COUNTS;
+        self.turns -= whole(turns);
+    }
+
+    /// A period of the loops, after so many `instructions` on the bus; returns the command of the
+    /// bridge.
+    pub fn step(
+        &mut self,
+        registers: &mut Registers,
+        measured: &Measured,
+        instructions: u64,
+    ) -> Bridge {
+        self.ticks += 1;
+        let sign = if registers.get(r::DRIVE_MODE) & 1 == 0 {
+            1.0
+        } else {
+            -1.0
+        };
+        let encoder = libm::rint(sign * measured.angle / core::f64::consts::TAU * COUNTS) + CENTRE;
+        let offset = f64::from(registers.get(r::HOMING_OFFSET));
+        let position = encoder + f64::from(self.turns) + offset;
+        let velocity = sign * measured.rate / core::f64::consts::TAU * COUNTS;
+        let current = sign * measured.current;
+        self.check_hardware(registers, measured, velocity);
+        self.watch_bus(registers, instructions);
+        let enabled = registers.get(r::TORQUE_ENABLE) != 0;
+        let in_mode = registers.get(r::OPERATING_MODE);
+        if self.running != enabled.then_some(in_mode) {
+            self.restart(registers, position, enabled.then_some(in_mode));
+        }
+        let bridge = if enabled {
+            let goal = self.duty(registers, in_mode, position, velocity, current);
+            self.approach(registers, goal, measured.voltage);
+            Bridge::Duty(sign * self.pwm / FULL)
+        } else {
+            (self.set_point, self.set_rate, self.pwm) = (position, 0.0, 0.0);
+            Bridge::Open
+        };
+        self.report(registers, position, velocity, current, measured);
+        bridge
+    }
+
+    /// Begins to run in another mode: the profile begins at the position.
+    fn restart(&mut self, registers: &mut Registers, position: f64, running: Option<i32>) {
+        self.running = running;
+        (self.set_point, self.set_rate) = (position, 0.0);
+        (self.integral, self.overload) = (0.0, 0);
+        if running.is_some() {
+            // The goal is the position until another one is written. ASSUMED.
+            registers.set(r::GOAL_POSITION, whole(position));
+        }
+    }
+
+    /// Returns the duty cycle that the loops of a mode demand.
+    fn duty(
+        &mut self,
+        registers: &Registers,
+        in_mode: i32,
+        position: f64,
+        velocity: f64,
+        current: f64,
+    ) -> f64 {
+        let get = |address| f64::from(registers.get(address));
+        let limit = |address, by: f64| by.min(get(address));
+        let demanded = match in_mode {
+            mode::POSITION | mode::EXTENDED => self.position_loop(registers, position, velocity),
+            mode::CURRENT_BASED => {
+                let demanded = self.position_loop(registers, position, velocity);
+                // Beyond the goal of the current the duty cycle recedes from where it is.
+                let most = limit(r::CURRENT_LIMIT, get(r::GOAL_CURRENT).abs());
+                let excess = 1e3 * current.abs() - most;
+                if excess > 0.0 {
+                    let reduced = (self.pwm.abs() - CURRENT_I * excess).max(0.0);
+                    demanded.clamp(-reduced, reduced)
+                } else {
+                    demanded
+                }
+            }
+            mode::VELOCITY => self.velocity_loop(registers, velocity),
+            mode::CURRENT => {
+                let most = get(r::CURRENT_LIMIT);
+                let goal = get(r::GOAL_CURRENT).clamp(-most, most);
+                self.pwm + CURRENT_I * (goal - 1e3 * current)
+            }
+            mode::PWM => get(r::GOAL_PWM),
+            _ => 0.0,
+        };
+        let most = match in_mode {
+            mode::PWM | mode::CURRENT | mode::VELOCITY => get(r::PWM_LIMIT),
+            _ => limit(r::PWM_LIMIT, get(r::GOAL_PWM).abs()),
+        };
+        demanded.clamp(-most, most)
+    }
+
+    fn position_loop(&mut self, registers: &Registers, position: f64, velocity: f64) -> f64 {
+        let get = |address| f64::from(registers.get(address));
+        let before = self.set_rate;
+        self.follow_profile(registers);
+        let error = libm::rint(self.set_point) - position;
+        let [p, i, d] = [r::POSITION_P_GAIN, r::POSITION_I_GAIN, r::POSITION_D_GAIN].map(get);
+        if i == 0.0 {
+            self.integral = 0.0;
+        } else {
+            // Bounded, so that it does not wind up.
+            let most = FULL / (POSITION_I * i);
+            self.integral = (self.integral + error).clamp(-most, most);
+        }
+        let change = (self.set_rate - velocity) * PERIOD_S;
+        let acceleration = (self.set_rate - before) / PERIOD_S;
+        POSITION_P * p * error
+            + POSITION_I * i * self.integral
+            + POSITION_D * d * change
+            + FEEDFORWARD * get(r::FEEDFORWARD_1ST_GAIN) * self.set_rate * PERIOD_S
+            + FEEDFORWARD * get(r::FEEDFORWARD_2ND_GAIN) * acceleration * PERIOD_S * PERIOD_S
+    }
+
+    fn velocity_loop(&mut self, registers: &Registers, velocity: f64) -> f64 {
+        let get = |address| f64::from(registers.get(address));
+        let goal = get(r::GOAL_VELOCITY) * VELOCITY;
+        let acceleration = get(r::PROFILE_ACCELERATION) * ACCELERATION;
+        self.set_rate = if acceleration > 0.0 {
+            let most = acceleration * PERIOD_S;
+            self.set_rate + (goal - self.set_rate).clamp(-most, most)
+        } else {
+            goal
+        };
+        let error = (self.set_rate - velocity) / VELOCITY;
+        let [p, i] = [r::VELOCITY_P_GAIN, r::VELOCITY_I_GAIN].map(get);
+        if i > 0.0 {
+            let most = FULL / (VELOCITY_I * i);
+            self.integral = (self.integral + error).clamp(-most, most);
+        }
+        VELOCITY_P * p * error + VELOCITY_I * i * self.integral
+    }
+
+    /// Moves the set-point towards the goal: at once, or at the greatest speed and acceleration of
+    /// the profile.
+    fn follow_profile(&mut self, registers: &Registers) {
+        let goal = f64::from(registers.get(r::GOAL_POSITION));
+        let speed = f64::from(registers.get(r::PROFILE_VELOCITY)) * VELOCITY;
+        let acceleration = f64::from(registers.get(r::PROFILE_ACCELERATION)) * ACCELERATION;
+        let distance = goal - self.set_point;
+        if speed == 0.0 {
+            (self.set_point, self.set_rate) = (goal, 0.0);
+            return;
+        }
+        if acceleration == 0.0 {
+            self.set_rate = speed.copysign(distance);
+        } else {
+            let change = acceleration * PERIOD_S;
+            // The rate from which the set-point can still stop at the goal, after a whole step.
+            let stopping = (0.25 * change * change + 2.0 * acceleration * distance.abs()).sqrt();
+            let wanted = speed
+                .min((stopping - 0.5 * change).max(0.0))
+                .copysign(distance);
+            self.set_rate += (wanted - self.set_rate).clamp(-change, change);
+        }
+        let moved = self.set_rate * PERIOD_S;
+        if moved.abs() >= distance.abs() && moved * distance >= 0.0 {
+            (self.set_point, self.set_rate) = (goal, 0.0);
+        } else {
+            self.set_point += moved;
+        }
+    }
+
+    /// Moves the duty cycle towards `goal` at its greatest slope.
+    fn approach(&mut self, registers: &Registers, goal: f64, voltage: f64) {
+        let slope = f64::from(registers.get(r::PWM_SLOPE)) * SLOPE;
+        let change = slope * PERIOD_S / voltage.max(1.0) * FULL;
+        self.pwm += (goal - self.pwm).clamp(-change, change);
+    }
+
+    /// Shuts the servo down, if an error is found that it watches for.
+    fn check_hardware(&mut self, registers: &mut Registers, measured: &Measured, velocity: f64) {
+        let decivolts = libm::rint(10.0 * measured.voltage);
+        let [low, high] = [r::MIN_VOLTAGE_LIMIT, r::MAX_VOLTAGE_LIMIT].map(|it| registers.get(it));
+        let mut found = 0;
+        if !(f64::from(low)..=f64::from(high)).contains(&decivolts) {
+            found |= hardware_error::INPUT_VOLTAGE;
+        }
+        if measured.temperature > f64::from(registers.get(r::TEMPERATURE_LIMIT)) {
+            found |= hardware_error::OVERHEATING;
+        }
+        let at_limit = self.pwm.abs() >= f64::from(registers.get(r::PWM_LIMIT));
+        let stalls = at_limit && velocity.abs() < VELOCITY;
+        self.overload = if stalls { self.overload + 1 } else { 0 };
+        if self.overload > OVERLOAD {
+            found |= hardware_error::OVERLOAD;
+        }
+        let error = registers.get(r::HARDWARE_ERROR_STATUS) | found;
+        registers.set(r::HARDWARE_ERROR_STATUS, error);
+        if error & registers.get(r::SHUTDOWN) != 0 {
+            registers.set(r::TORQUE_ENABLE, 0);
+        }
+    }
+
+    /// Stops the servo when it has heard no instruction for too long.
+    fn watch_bus(&mut self, registers: &mut Registers, instructions: u64) {
+        self.silence = if instructions == self.instructions {
+            self.silence + 1
+        } else {
+            0
+        };
+        self.instructions = instructions;
+        let watchdog = registers.get(r::BUS_WATCHDOG);
+        let enabled = registers.get(r::TORQUE_ENABLE) != 0;
+        if (1..=127).contains(&watchdog) && enabled && self.silence > watchdog * WATCHDOG {
+            registers.set(r::BUS_WATCHDOG, Roles::SILENCE);
+            registers.set(r::GOAL_VELOCITY, 0);
+            registers.set(r::GOAL_POSITION, registers.get(r::PRESENT_POSITION));
+            registers.set(r::PROFILE_ACCELERATION, 0);
+            registers.set(r::PROFILE_VELOCITY, 0);
+        }
+    }
+
+    fn report(
+        &self,
+        registers: &mut Registers,
+        position: f64,
+        velocity: f64,
+        current: f64,
+        measured: &Measured,
+    ) {
+        let velocity = libm::rint(velocity / VELOCITY);
+        let threshold = f64::from(registers.get(r::MOVING_THRESHOLD));
+        let ticks = i32::try_from(self.ticks % 32_768).unwrap_or_default();
+        registers.set(r::REALTIME_TICK, ticks);
+        registers.set(r::MOVING, i32::from(velocity.abs() > threshold));
+        registers.set(r::PRESENT_PWM, whole(self.pwm));
+        registers.set(r::PRESENT_CURRENT, whole(1e3 * current));
+        registers.set(r::PRESENT_VELOCITY, whole(velocity));
+        registers.set(r::PRESENT_POSITION, whole(position));
+        registers.set(r::VELOCITY_TRAJECTORY, whole(self.set_rate / VELOCITY));
+        registers.set(r::POSITION_TRAJECTORY, whole(self.set_point));
+        registers.set(r::PRESENT_INPUT_VOLTAGE, whole(10.0 * measured.voltage));
+        registers.set(r::PRESENT_TEMPERATURE, whole(measured.temperature));
+    }
+}
+
+/// Returns the nearest integer, within the range of a register.
+#[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+fn whole(value: f64) -> i32 {
+    libm::rint(value) as i32
+}

@@ -1,0 +1,121 @@
+use super::register::{
+    BUS_WATCHDOG, CURRENT_LIMIT, GOAL_POSITION, MAX_POSITION_LIMIT, MIN_POSITION_LIMIT,
+    OPERATING_MODE, PRESENT_POSITION, PWM_LIMIT, VELOCITY_LIMIT,
+};
+use crate::protocol::Protocol;
+use crate::table::{Bounds, Errors, Indirect, Item, Model, PositionScale, Roles};
+
+/// Position control, the operating mode in which the limits of the position hold.
+const POSITION_CONTROL: i32 = 3;
+/// Greatest goal of the position in other modes: 256 turns.
+const TURNS: i32 = 1_048_575;
+const GAIN: Bounds = Bounds::Between(0, 16_383);
+
+/// XL330-M288-T, by the table in the vendor's manual (emanual.robotis.com, docs/en/dxl/x/xl330-m288,
+/// sections "Control Table of EEPROM Area" and "of RAM Area"). Lines with another source say so.
+pub static XL330_M288: Model = Model {
+    name: "XL330-M288-T",
+    protocol: Protocol::Two,
+    items: ITEMS,
+    indirect: &[Indirect {
+        addresses: 168,
+        data: 208,
+        count: 20,
+        targets: [64, 227],
+    }],
+    errors: Errors::Numbers,
+    roles: Roles {
+        model: 0,
+        firmware: 6,
+        id: 7,
+        baud_rate: 8,
+        return_delay: 9,
+        status_level: 68,
+        torque: 64,
+        registered: Some(69),
+        hardware_error: Some(70),
+        moving: 122,
+        watchdog: Some((BUS_WATCHDOG, &[100, 102, 104, 116])),
+    },
+    position: PositionScale {
+        goal: GOAL_POSITION,
+        present: PRESENT_POSITION,
+        counts_per_turn: 4_096.0,
+        centre: 2_048,
+    },
+    baud_rates: &[
+        9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000,
+    ],
+};
+
+const ITEMS: &[Item] = &[
+    Item::read_only(0, 2, "model_number").of(1_200),
+    Item::read_only(2, 4, "model_information").assumed(0),
+    // The version that has fast sync read and the indirect registers at these addresses.
+    Item::read_only(6, 1, "firmware_version").assumed(52),
+    Item::eeprom(7, 1, "id", 1, 0, 252),
+    Item::eeprom(8, 1, "baud_rate", 1, 0, 6),
+    Item::eeprom(9, 1, "return_delay_time", 250, 0, 254),
+    Item::eeprom(10, 1, "drive_mode", 0, 0, 13),
+    Item::eeprom(11, 1, "operating_mode", 3, 0, 16),
+    Item::eeprom(12, 1, "secondary(shadow)_id", 255, 0, 255),
+    Item::eeprom(13, 1, "protocol_type", 2, 2, 22),
+    Item::eeprom(20, 4, "homing_offset", 0, -1_044_479, 1_044_479),
+    Item::eeprom(24, 4, "moving_threshold", 10, 0, 1_023),
+    Item::eeprom(31, 1, "temperature_limit", 70, 0, 100),
+    Item::eeprom(32, 2, "max_voltage_limit", 70, 31, 70),
+    Item::eeprom(34, 2, "min_voltage_limit", 35, 31, 70),
+    Item::eeprom(36, 2, "pwm_limit", 885, 0, 885),
+    Item::eeprom(38, 2, "current_limit", 1_750, 0, 1_750),
+    Item::eeprom(44, 4, "velocity_limit", 445, 0, 2_047),
+    Item::eeprom(48, 4, "max_position_limit", 4_095, 0, 4_095),
+    Item::eeprom(52, 4, "min_position_limit", 0, 0, 4_095),
+    Item::eeprom(60, 1, "startup_configuration", 0, 0, 3),
+    Item::eeprom(62, 1, "pwm_slope", 140, 1, 255),
+    Item::eeprom(63, 1, "shutdown", 53, 0, 255),
+    Item::ram(64, 1, "torque_enable", 0, Bounds::Between(0, 1)),
+    Item::ram(65, 1, "led", 0, Bounds::Between(0, 1)),
+    Item::ram(68, 1, "status_return_level", 2, Bounds::Between(0, 2)),
+    Item::read_only(69, 1, "registered_instruction"),
+    Item::read_only(70, 1, "hardware_error_status"),
+    Item::ram(76, 2, "velocity_i_gain", 1_600, GAIN),
+    Item::ram(78, 2, "velocity_p_gain", 180, GAIN),
+    Item::ram(80, 2, "position_d_gain", 0, GAIN),
+    Item::ram(82, 2, "position_i_gain", 0, GAIN),
+    Item::ram(84, 2, "position_p_gain", 400, GAIN),
+    Item::ram(88, 2, "feedforward_2nd_gain", 0, GAIN),
+    Item::ram(90, 2, "feedforward_1st_gain", 0, GAIN),
+    // −1 is set by the servo, when it has heard no instruction for too long.
+    Item::ram(98, 1, "bus_watchdog", 0, Bounds::Between(0, 127)),
+    Item::ram(100, 2, "goal_pwm", 885, Bounds::Limit(PWM_LIMIT)),
+    Item::ram(102, 2, "goal_current", 1_750, Bounds::Limit(CURRENT_LIMIT)),
+    Item::ram(104, 4, "goal_velocity", 0, Bounds::Limit(VELOCITY_LIMIT)),
+    Item::ram(
+        108,
+        4,
+        "profile_acceleration",
+        0,
+        Bounds::Between(0, 32_767),
+    ),
+    Item::ram(112, 4, "profile_velocity", 0, Bounds::Between(0, 32_767)),
+    Item::ram(116, 4, "goal_position", 0, GOAL_POSITIONS),
+    Item::read_only(120, 2, "realtime_tick"),
+    Item::read_only(122, 1, "moving"),
+    Item::read_only(123, 1, "moving_status"),
+    Item::read_only(124, 2, "present_pwm").signed(),
+    Item::read_only(126, 2, "present_current").signed(),
+    Item::read_only(128, 4, "present_velocity").signed(),
+    Item::read_only(132, 4, "present_position").signed(),
+    Item::read_only(136, 4, "velocity_trajectory").signed(),
+    Item::read_only(140, 4, "position_trajectory").signed(),
+    Item::read_only(144, 2, "present_input_voltage"),
+    Item::read_only(146, 1, "present_temperature"),
+    Item::read_only(147, 1, "backup_ready"),
+];
+
+const GOAL_POSITIONS: Bounds = Bounds::Positions {
+    limits: [MIN_POSITION_LIMIT, MAX_POSITION_LIMIT],
+    mode: OPERATING_MODE,
+    in_mode: POSITION_CONTROL,
+    otherwise: TURNS,
+};

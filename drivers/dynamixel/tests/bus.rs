@@ -1,0 +1,408 @@
+//! Driver and emulated servos on a bus in virtual time: preparation, transfers by each pattern,
+//! their durations, missing servos, faults, and the cost of many servos.
+
+use std::ops::Range;
+
+use proptest::prelude::*;
+use twinrig_dynamixel::x::{XL330_M288, register as r};
+use twinrig_dynamixel::{
+    BusConfig, BusWire, DynamixelDriver, JointSignals, ReadPattern, ServoConfig,
+};
+use twinrig_kernel::{
+    BoardClock, Direction, HostTime, Layout, LocalDuration, Port, SimDuration, SimTime, Unit,
+};
+use twinrig_runtime::{BusWork, Driver, Part, PlantAccess, PlantFault, PlantSignals, Wire};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
+
+const PATTERNS: [ReadPattern; 4] = [
+    ReadPattern::Read,
+    ReadPattern::SyncRead,
+    ReadPattern::BulkRead,
+    ReadPattern::FastSyncRead,
+];
+
+/// Joints that follow their duty cycles: the rate is 5 rad/s at 100 %.
+struct Joints {
+    now: SimTime,
+    advanced: SimTime,
+    inputs: Vec<f64>,
+    outputs: Vec<f64>,
+}
+
+impl Joints {
+    fn advance(&mut self) {
+        let seconds = (self.now - self.advanced).as_secs_f64();
+        self.advanced = self.now;
+        let (outputs, _) = self.outputs.as_chunks_mut::<2>();
+        let (inputs, _) = self.inputs.as_chunks::<2>();
+        for ([angle, rate], [duty, closed]) in outputs.iter_mut().zip(inputs) {
+            *rate = 5.0 * duty * closed;
+            *angle += *rate * seconds;
+        }
+    }
+}
+
+impl PlantAccess for Joints {
+    fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
+        self.advance();
+        Ok(&self.outputs[signals])
+    }
+
+    fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
+        self.advance();
+        Ok(&mut self.inputs[signals])
+    }
+}
+
+fn config(count: u8, pattern: ReadPattern) -> BusConfig {
+    let servo = |n: u8| ServoConfig {
+        name: format!("joint{n}"),
+        model: &XL330_M288,
+        id: n + 1,
+        registers: Vec::new(),
+        settings: vec![(r::POSITION_P_GAIN, 800)],
+        signals: JointSignals::of_joint(&format!("joint{n}")),
+        command: format!("joint{n}/command"),
+        voltage: 5.0,
+        temperature: 25.0,
+        clock: BoardClock::IDEAL,
+    };
+    BusConfig {
+        name: "dxl".to_owned(),
+        servos: (0..count).map(servo).collect(),
+        byte_time: SimDuration::from_micros(10),
+        pattern,
+        period: SimDuration::from_millis(20),
+        timeout: SimDuration::from_millis(5),
+        usb: UsbTiming::preset(UsbPreset::Earliest),
+        turnaround: SimDuration::ZERO,
+        faults: FaultSchedule::default(),
+        seed: 1,
+    }
+}
+
+/// Driver, bus and joints, step by step.
+struct Rig {
+    driver: DynamixelDriver,
+    wire: BusWire,
+    joints: Joints,
+    now: SimTime,
+    tx: Vec<u8>,
+    rx: Vec<u8>,
+}
+
+impl Rig {
+    fn new(config: &BusConfig) -> Self {
+        let mut ports = Vec::new();
+        for servo in &config.servos {
+            let signals = &servo.signals;
+            ports.push(Port::input(&signals.duty, Unit::One, 1));
+            ports.push(Port::input(&signals.bridge, Unit::One, 1));
+            ports.push(Port::output(&signals.angle, Unit::Radian, 1));
+            ports.push(Port::output(&signals.rate, Unit::RadianPerSecond, 1));
+        }
+        let signals = PlantSignals {
+            inputs: Layout::of(&ports, Direction::Input),
+            outputs: Layout::of(&ports, Direction::Output),
+        };
+        let mut wire = config.wire().unwrap();
+        wire.connect("test", &signals).unwrap();
+        Self {
+            driver: config.driver().unwrap(),
+            wire,
+            joints: Joints {
+                now: SimTime::ZERO,
+                advanced: SimTime::ZERO,
+                inputs: vec![0.0; signals.inputs.len()],
+                outputs: vec![0.0; signals.outputs.len()],
+            },
+            now: SimTime::ZERO,
+            tx: Vec::new(),
+            rx: Vec::new(),
+        }
+    }
+
+    fn host(&self) -> HostTime {
+        HostTime::from_nanos(self.now.as_nanos())
+    }
+
+    fn write(&mut self) {
+        self.tx.clear();
+        while self.driver.poll_transmit(&mut self.tx) {
+            self.wire.send(self.now, &self.tx);
+            self.tx.clear();
+        }
+    }
+
+    /// Advances to an instant, or until the driver is idle.
+    fn run(&mut self, until: SimTime, idle: bool) -> Result<(), String> {
+        self.write();
+        while !idle || self.driver.is_busy().map_err(|error| error.why)? {
+            let timeout = self.driver.poll_timeout();
+            let timeout = timeout.map(|it| SimTime::from_nanos(it.as_nanos()));
+            let wake = [self.wire.next_wake(), timeout];
+            let next = wake
+                .into_iter()
+                .flatten()
+                .min()
+                .unwrap_or(until)
+                .max(self.now);
+            if next >= until {
+                self.now = until;
+                self.joints.now = until;
+                self.wire.advance(until, &mut self.joints).unwrap();
+                return Ok(());
+            }
+            self.now = next;
+            self.joints.now = next;
+            self.wire.advance(next, &mut self.joints).unwrap();
+            self.rx.clear();
+            self.wire.receive(&mut self.rx);
+            let now = self.host();
+            if !self.rx.is_empty() {
+                self.driver.handle_bytes(now, &self.rx);
+            }
+            self.driver.handle_timeout(now);
+            self.write();
+        }
+        Ok(())
+    }
+
+    fn open(&mut self) -> Result<(), String> {
+        self.driver.open(self.host());
+        self.run(self.now + SimDuration::from_secs(10), true)
+    }
+
+    /// Transfers commands, and returns the duration.
+    fn transfer(&mut self, commands: &[f64]) -> SimDuration {
+        let start = self.now;
+        self.driver.begin(self.host(), commands);
+        self.run(self.now + SimDuration::from_secs(1), true)
+            .unwrap();
+        self.now - start
+    }
+
+    /// Transfers every 20 ms.
+    fn transfers(&mut self, count: u32, commands: &[f64]) {
+        for _ in 0..count {
+            let next = self.now + SimDuration::from_millis(20);
+            self.transfer(commands);
+            self.run(next.max(self.now), false).unwrap();
+        }
+    }
+
+    fn diagnostic(&self, name: &str) -> f64 {
+        let ports = self.driver.diagnostics();
+        let place = ports
+            .iter()
+            .position(|port| port.name == format!("dxl/{name}"));
+        let mut values = vec![0.0; ports.len()];
+        self.driver.read_diagnostics(&mut values);
+        values[place.unwrap()]
+    }
+
+    fn work(&self) -> BusWork {
+        let mut work = BusWork::default();
+        self.wire.count_work(&mut work);
+        work
+    }
+}
+
+#[test]
+fn joints_reach_their_commands_by_each_pattern() {
+    for pattern in PATTERNS {
+        let mut rig = Rig::new(&config(3, pattern));
+        rig.open().unwrap();
+        let commands = [0.5, -0.25, 0.0];
+        rig.transfers(50, &commands);
+        // Within a count, 1.5 mrad.
+        for (found, command) in rig.driver.to_process().iter().zip(commands) {
+            assert!(
+                (found - command).abs() < 1.6e-3,
+                "{pattern:?} {found} {command}"
+            );
+        }
+        assert_eq!(rig.diagnostic("answers"), 3.0 * (6.0 + 50.0), "{pattern:?}");
+        let errors = [
+            "lost",
+            "refused",
+            "damaged",
+            "unexpected",
+            "saturated",
+            "garbage",
+        ];
+        assert!(
+            errors.iter().all(|name| rig.diagnostic(name) == 0.0),
+            "{pattern:?}"
+        );
+        rig.driver.close(rig.host());
+        rig.run(rig.now + SimDuration::from_millis(100), true)
+            .unwrap();
+        // The next period of the firmware opens the bridges.
+        rig.run(rig.now + SimDuration::from_millis(2), false)
+            .unwrap();
+        assert!(
+            rig.joints.inputs.iter().all(|input| *input == 0.0),
+            "{pattern:?}"
+        );
+    }
+}
+
+/// Bytes of a transfer of n servos on the bus, of 10 µs each, return delays of 0, and USB in steps of
+/// 125 µs: a read of 14 bytes and an answer of 15 for each servo alone; one instruction and n answers
+/// of a sync or bulk read; one answer of 11 + 8 n bytes of a fast sync read.
+#[test]
+fn durations_are_those_of_their_bytes() {
+    for servos in [1, 6, 12] {
+        let n = u64::from(servos);
+        let write = 14 + 5 * n;
+        for (pattern, bytes, trips) in [
+            (ReadPattern::Read, write + n * (14 + 15), n),
+            (ReadPattern::SyncRead, write + 14 + n + 15 * n, 1),
+            (ReadPattern::BulkRead, write + 10 + 5 * n + 15 * n, 1),
+            (ReadPattern::FastSyncRead, write + 14 + n + 8 + 8 * n, 1),
+        ] {
+            let mut rig = Rig::new(&config(servos, pattern));
+            rig.open().unwrap();
+            let found = rig.transfer(&vec![0.0; servos.into()]);
+            let least = SimDuration::from_micros(10) * bytes;
+            // A trip ends in the microframe after its bytes, and begins in the next one.
+            let most = least + SimDuration::from_micros(3 * 125 + 20) * trips;
+            assert!(
+                (least..=most).contains(&found),
+                "{servos} {pattern:?}: {found} {least}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_missing_servo_is_counted_and_the_others_are_read_where_they_answer() {
+    for (pattern, lost) in [
+        (ReadPattern::Read, 1.0),
+        // Those behind it remain silent.
+        (ReadPattern::SyncRead, 2.0),
+        (ReadPattern::BulkRead, 2.0),
+        (ReadPattern::FastSyncRead, 3.0),
+    ] {
+        let mut config = config(3, pattern);
+        config.faults = FaultSchedule {
+            faults: vec![Fault {
+                at: SimTime::ZERO + SimDuration::from_secs(2),
+                on: "wire/dxl/joint1".to_owned(),
+                kind: FaultKind::Unplug { fails: false },
+                lasts: SimDuration::from_secs(1),
+            }],
+            seed: 1,
+        };
+        let mut rig = Rig::new(&config);
+        rig.open().unwrap();
+        rig.run(SimTime::ZERO + SimDuration::from_secs(2), false)
+            .unwrap();
+        rig.transfers(1, &[0.0; 3]);
+        assert_eq!(rig.diagnostic("lost"), lost, "{pattern:?}");
+        rig.run(SimTime::ZERO + SimDuration::from_secs(4), false)
+            .unwrap();
+        rig.transfers(3, &[0.0; 3]);
+        assert_eq!(rig.diagnostic("lost"), lost, "{pattern:?}");
+    }
+}
+
+#[test]
+fn opening_fails_with_the_servo_and_the_reason() {
+    let failure = |change: fn(&mut BusConfig)| {
+        let emulated = config(2, ReadPattern::SyncRead);
+        let mut rig = Rig::new(&emulated);
+        let mut believed = emulated;
+        change(&mut believed);
+        rig.driver = believed.driver().unwrap();
+        rig.open().unwrap_err()
+    };
+    let absent = failure(|config| config.servos[1].id = 9);
+    assert_eq!(
+        absent,
+        "joint1 (id 9) answered none of 3 instructions: check power, cable, baud rate and identifier"
+    );
+    let refused = failure(|config| config.servos[0].settings = vec![(r::OPERATING_MODE, 17)]);
+    assert_eq!(
+        refused,
+        "joint0 (id 1): it refuses 17 as `operating_mode`: data range error"
+    );
+}
+
+#[test]
+fn servos_that_cannot_be_told_apart_or_are_too_many_are_refused() {
+    let mut twice = config(2, ReadPattern::SyncRead);
+    twice.servos[1].id = 1;
+    let error = twice.driver().err().unwrap().to_string();
+    assert!(
+        error.contains("joint0") && error.contains("joint1"),
+        "{error}"
+    );
+    let many = config(200, ReadPattern::SyncRead);
+    let error = many.driver().err().unwrap().to_string();
+    assert!(error.starts_with("200 servos are too many"), "{error}");
+    assert!(config(120, ReadPattern::FastSyncRead).driver().is_ok());
+    assert!(config(140, ReadPattern::FastSyncRead).driver().is_err());
+}
+
+/// The instants and transmissions of a transfer grow in proportion to the servos.
+#[test]
+fn work_grows_linearly_with_the_servos() {
+    let work = |servos: u8| {
+        let mut rig = Rig::new(&config(servos, ReadPattern::SyncRead));
+        rig.open().unwrap();
+        let before = rig.work();
+        rig.transfers(10, &vec![0.1; servos.into()]);
+        let after = rig.work();
+        (
+            after.transmissions - before.transmissions,
+            after.instants - before.instants,
+        )
+    };
+    let [few, many] = [5, 50].map(work);
+    assert_eq!([few.0, many.0], [50, 500]);
+    assert!(many.1 < 10 * few.1, "{} {}", few.1, many.1);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// With noise on the wires nothing panics or hangs, what is lost is counted, and afterwards all
+    /// servos answer again.
+    #[test]
+    fn noise_is_survived(
+        rate in 1e-4..2e-2_f64, seed in any::<u64>(), pattern in 0_usize..4,
+        ppb in -40_000_i64..40_000,
+    ) {
+        let mut config = config(4, PATTERNS[pattern]);
+        config.seed = seed;
+        for (n, servo) in config.servos.iter_mut().enumerate() {
+            let offset = LocalDuration::from_nanos(170_000 * i64::try_from(n).unwrap());
+            servo.clock = BoardClock::new(offset, ppb).unwrap();
+        }
+        config.faults = FaultSchedule {
+            faults: vec![Fault {
+                at: SimTime::ZERO + SimDuration::from_secs(1),
+                on: "wire/dxl".to_owned(),
+                kind: FaultKind::Flip { rate },
+                lasts: SimDuration::from_secs(1),
+            }],
+            seed,
+        };
+        let mut rig = Rig::new(&config);
+        rig.open().unwrap();
+        rig.run(SimTime::ZERO + SimDuration::from_secs(1), false).unwrap();
+        let transfers = |rig: &mut Rig, count| {
+            let before = ["answers", "lost", "refused"].map(|name| rig.diagnostic(name));
+            rig.transfers(count, &[0.1, -0.1, 0.2, 0.0]);
+            let after = ["answers", "lost", "refused"].map(|name| rig.diagnostic(name));
+            [0, 1, 2].map(|n| after[n] - before[n])
+        };
+        let [answers, lost, _] = transfers(&mut rig, 60);
+        prop_assert_eq!(answers + lost, 240.0);
+        rig.run(SimTime::ZERO + SimDuration::from_secs(3), false).unwrap();
+        rig.transfers(1, &[0.1, -0.1, 0.2, 0.0]);
+        prop_assert_eq!(transfers(&mut rig, 10), [40.0, 0.0, 0.0]);
+    }
+}

@@ -1,0 +1,9 @@
+//! Packets and servos against the examples of the vendor's manual, its library, and arbitrary bytes.
+
+mod firmware;
+mod manual;
+mod packets;
+mod sdk;
+mod servo;
+mod support;
+mod tables;

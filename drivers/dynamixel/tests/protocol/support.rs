@@ -1,0 +1,81 @@
+//! Servos on a line, which all hear each other.
+
+use twinrig_dynamixel::{Protocol, Request, Responder, x};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_wire::Piece;
+
+/// 1 Mbit/s.
+pub const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
+
+/// Creates a servo that answers at once, with some values of its registers.
+pub fn servo_with(id: u8, values: impl IntoIterator<Item = (u16, i32)>) -> Responder {
+    let mut servo = Responder::new(&x::XL330_M288, id, BYTE_TIME);
+    servo.registers_mut().set(9, 0);
+    for (address, value) in values {
+        servo.registers_mut().set(address, value);
+    }
+    servo
+}
+
+/// Returns bytes whose first bit is at `start`, without a pause.
+pub fn piece(start: SimTime, bytes: &[u8]) -> Piece<'_> {
+    Piece {
+        first: start + BYTE_TIME,
+        spacing: BYTE_TIME,
+        bytes,
+        framing_error: false,
+    }
+}
+
+/// Servos on a line, which all hear each other.
+pub struct Line {
+    pub servos: Vec<Responder>,
+    /// Start of the next transmission of the host: 10 ms after the last byte.
+    pub now: SimTime,
+}
+
+impl Line {
+    pub fn new(servos: impl IntoIterator<Item = Responder>) -> Self {
+        Self {
+            servos: servos.into_iter().collect(),
+            now: SimTime::ZERO,
+        }
+    }
+
+    /// Passes bytes to all servos, and what each transmits to the others, until the line is silent.
+    /// Returns the transmissions with their starts.
+    pub fn send(&mut self, bytes: &[u8]) -> Vec<(SimTime, Vec<u8>)> {
+        let mut sent: Vec<(SimTime, Vec<u8>)> = Vec::new();
+        let mut waiting = vec![(self.now, None, bytes.to_vec())];
+        while let Some((next, _)) = waiting.iter().enumerate().min_by_key(|(_, it)| it.0) {
+            let (start, of, bytes) = waiting.remove(next);
+            let piece = piece(start, &bytes);
+            self.now = piece.last() + SimDuration::from_millis(10);
+            for (index, servo) in self.servos.iter_mut().enumerate() {
+                if of == Some(index) {
+                    continue;
+                }
+                servo.receive(piece);
+                servo.handle(piece.last());
+                let mut answer = Vec::new();
+                while let Some(start) = servo.poll_transmit(&mut answer) {
+                    waiting.push((start, Some(index), std::mem::take(&mut answer)));
+                }
+            }
+            if of.is_some() {
+                sent.push((start, bytes));
+            }
+        }
+        sent
+    }
+
+    /// Returns the transmissions after a request, without their times.
+    pub fn packets(&mut self, request: Request<'_>, id: u8) -> Vec<Vec<u8>> {
+        let mut bytes = Vec::new();
+        request.encode(Protocol::Two, id, &mut bytes).unwrap();
+        self.send(&bytes)
+            .into_iter()
+            .map(|(_, bytes)| bytes)
+            .collect()
+    }
+}
