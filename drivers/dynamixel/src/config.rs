@@ -154,14 +154,19 @@ impl BusConfig {
         // As many bytes as possible that are stuffed.
         let stuffed = [0xff, 0xff, 0xfd].into_iter().cycle();
         let goals: Vec<u8> = stuffed.take(size * self.servos.len()).collect();
-        let requests = [
-            Request::SyncWrite {
-                span: model.goal(),
-                data: &goals,
-            },
-            Request::BulkRead(BulkReads::new(protocol, reads)),
-        ];
-        for request in requests {
+        let goals = Request::SyncWrite {
+            span: model.goal(),
+            data: &goals,
+        };
+        let ids: Vec<u8> = self.servos.iter().map(|servo| servo.id).collect();
+        let (span, ids) = (model.present(), &ids);
+        let read = match self.pattern {
+            ReadPattern::Read => Request::Read(span),
+            ReadPattern::SyncRead => Request::SyncRead { span, ids },
+            ReadPattern::BulkRead => Request::BulkRead(BulkReads::new(protocol, reads)),
+            ReadPattern::FastSyncRead => Request::FastSyncRead { span, ids },
+        };
+        for request in [goals, read] {
             request.encode(protocol, Protocol::BROADCAST, &mut Vec::new())?;
         }
         if self.pattern != ReadPattern::FastSyncRead {

@@ -37,7 +37,7 @@ pub enum BusError {
         id: u8,
     },
     /// Goals or reads that do not fit into a packet.
-    #[error("{servos} servos are too many for this bus: {source}")]
+    #[error("a bus of {servos} servos: {source}")]
     Packet {
         /// Number of servos.
         servos: usize,

@@ -7,7 +7,7 @@
 //! | packets | [`Protocol`] encodes and matches them, [`Parser`] finds them in a stream |
 //! | instructions | [`Request`], with [`Instruction`] and [`ErrorNumber`] |
 //! | control tables | [`Model`] and its [`Item`]s; [`x`] has those of the X series, and its firmware |
-//! | servo | [`Registers`], with the access rules of the bus; [`Responder`], which answers; [`ServoNode`], with firmware and plant |
+//! | servo | [`Registers`], with the access rules of the bus; [`Responder`], which answers; [`Firmware`]; [`ServoNode`], all of them with a plant |
 //! | bus | [`BusConfig`], of which [`DynamixelDriver`] and [`BusWire`] are made |
 //!
 //! ```
@@ -42,6 +42,7 @@ mod codes;
 mod config;
 mod driver;
 mod error;
+mod firmware;
 mod node;
 mod parser;
 mod protocol;
@@ -56,6 +57,7 @@ pub use codes::{ErrorNumber, Instruction};
 pub use config::{BusConfig, JointSignals, ReadPattern, ServoConfig};
 pub use driver::DynamixelDriver;
 pub use error::{BusError, PacketError};
+pub use firmware::{Bridge, Firmware, Measured};
 pub use node::ServoNode;
 pub use parser::{Parser, Received};
 pub use protocol::{Packet, Protocol, Status};
@@ -63,5 +65,6 @@ pub use registers::Registers;
 pub use request::{BulkReads, Kept, Request, Span};
 pub use responder::{Responder, ResponderCounters};
 pub use table::{
-    Access, Bounds, Errors, Format, Indirect, Item, Model, PositionScale, Roles, Source,
+    Access, Bounds, Errors, Format, Indirect, Item, Model, PositionScale, ReturnDelay, Roles,
+    Source,
 };

@@ -6,8 +6,8 @@ use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_wire::{Diagnostics, Node, Piece};
 
 use crate::config::{JointSignals, ServoConfig};
+use crate::firmware::{Bridge, Firmware, Measured};
 use crate::responder::Responder;
-use crate::x::{Bridge, Firmware, Measured, PERIOD};
 
 /// Emulated servo on a bus: its registers, the inner loops of its firmware at its own clock, and the
 /// motor in the plant.
@@ -23,7 +23,7 @@ pub struct ServoNode {
     /// Prefix of the diagnostics.
     prefix: String,
     responder: Responder,
-    firmware: Firmware,
+    firmware: Box<dyn Firmware>,
     signals: Signals,
     state: State,
 }
@@ -58,12 +58,13 @@ impl ServoNode {
         let clock = &config.clock;
         // The first complete period after power-on.
         let shown = clock.local_at(SimTime::ZERO).as_nanos();
-        let period = PERIOD.as_nanos();
+        let firmware = (config.model.firmware)();
+        let period = firmware.period().as_nanos();
         let next_tick = LocalTime::from_nanos((shown.div_euclid(period) + 1) * period);
         Self {
             prefix: format!("{bus}/{}", config.name),
             responder,
-            firmware: Firmware::default(),
+            firmware,
             signals: Signals::default(),
             state: State {
                 next_tick,
@@ -80,11 +81,11 @@ impl ServoNode {
     }
 
     fn tick(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
-        self.state.next_tick = self.state.next_tick + PERIOD;
+        self.state.next_tick = self.state.next_tick + self.firmware.period();
         self.state.wake = self.config.clock.sim_at(self.state.next_tick);
         let measured = self.measure(plant)?;
         if self.responder.take_restart() {
-            self.firmware = Firmware::default();
+            self.firmware = (self.config.model.firmware)();
         }
         if self.responder.take_cleared_turns() {
             self.firmware.clear_turns(self.responder.registers());
@@ -173,11 +174,13 @@ impl Part for ServoNode {
 
     fn save(&self) -> Snapshot {
         let name = &self.config.name;
-        Snapshot::of(&(name, self.responder.save(), &self.firmware, &self.state))
+        let firmware = self.firmware.save();
+        Snapshot::of(&(name, self.responder.save(), firmware, &self.state))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (name, responder, firmware, state): (String, Snapshot, _, _) = snapshot.read()?;
+        let (name, responder, firmware, state): (String, Snapshot, Snapshot, State) =
+            snapshot.read()?;
         if name != self.config.name {
             return Err(SnapshotError::Mismatch {
                 expected: self.config.name.clone(),
@@ -185,7 +188,8 @@ impl Part for ServoNode {
             });
         }
         self.responder.restore(&responder)?;
-        (self.firmware, self.state) = (firmware, state);
+        self.firmware.restore(&firmware)?;
+        self.state = state;
         Ok(())
     }
 }

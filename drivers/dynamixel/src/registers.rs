@@ -11,6 +11,8 @@ use crate::table::{Access, Bounds, Indirect, Item, Model, Roles};
 pub struct Registers {
     model: &'static Model,
     bytes: Vec<u8>,
+    /// Content of the EEPROM, at its addresses: what a restart restores.
+    stored: Vec<u8>,
     /// Addresses and former values of the bytes that a write has changed so far.
     changed: Vec<(u16, u8)>,
 }
@@ -21,9 +23,11 @@ impl Registers {
         let mut registers = Self {
             model,
             bytes: vec![0; model.size().into()],
+            stored: Vec::new(),
             changed: Vec::new(),
         };
         registers.reset(|_| true);
+        registers.stored.clone_from(&registers.bytes);
         registers
     }
 
@@ -46,9 +50,15 @@ impl Registers {
         }
     }
 
-    /// Restarts the servo: registers outside of the EEPROM have their initial values.
+    /// Restarts the servo: registers have their initial values, those in the EEPROM the stored ones.
     pub fn restart(&mut self) {
         self.reset(|item| item.access != Access::Eeprom);
+        let items = self.model.items.iter();
+        for item in items.filter(|item| item.access == Access::Eeprom) {
+            let at = usize::from(item.address);
+            let range = at..at + usize::from(item.size);
+            self.bytes[range.clone()].copy_from_slice(&self.stored[range]);
+        }
     }
 
     /// Sets all registers but `kept` to their initial values.
@@ -60,6 +70,7 @@ impl Registers {
             Kept::IdAndBaudRate => [roles.id, roles.baud_rate].contains(&item.address),
         };
         self.reset(|item| !keeps(item));
+        self.stored.clone_from(&self.bytes);
     }
 
     /// Returns the value of the register at an address; 0 if there is none.
@@ -71,6 +82,9 @@ impl Registers {
     pub fn set(&mut self, address: u16, value: i32) {
         if let Some(item) = self.model.item(address) {
             self.store(item, value);
+            let at = usize::from(address);
+            let range = at..at + usize::from(item.size);
+            self.stored[range.clone()].copy_from_slice(&self.bytes[range]);
         }
     }
 
@@ -110,14 +124,35 @@ impl Registers {
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
     }
 
-    /// Writes to registers from the bus. A register that a write begins, it must complete, unless
-    /// it does so by indirect registers.
+    /// Writes to registers from the bus. Of a strict model, a register that a write begins, it must
+    /// complete, unless it does so by indirect registers.
     ///
     /// # Errors
-    /// [`ErrorNumber`], as its constants describe.
+    /// [`ErrorNumber`], as its constants describe; none of a model that is not strict.
     pub fn write(&mut self, address: u16, data: &[u8]) -> Result<(), ErrorNumber> {
-        let locked = self.get(self.model.roles.torque) != 0;
         self.changed.clear();
+        if self.model.is_strict {
+            self.write_strictly(address, data)?;
+        } else {
+            self.write_leniently(address, data);
+        }
+        let is_volatile = self
+            .model
+            .roles
+            .lock
+            .is_some_and(|lock| self.get(lock) != 0);
+        if !is_volatile {
+            for &(address, _) in &self.changed {
+                let at = usize::from(address);
+                self.stored[at] = self.bytes[at];
+            }
+        }
+        Ok(())
+    }
+
+    fn write_strictly(&mut self, address: u16, data: &[u8]) -> Result<(), ErrorNumber> {
+        let roles = &self.model.roles;
+        let locked = roles.lock.is_none() && self.get(roles.torque) != 0;
         let written = self.write_bytes(address, data, locked);
         let checked = written.and_then(|()| self.check_changed());
         if checked.is_err() {
@@ -126,6 +161,26 @@ impl Registers {
             }
         }
         checked
+    }
+
+    /// Writes what can be written, and limits values to their bounds.
+    fn write_leniently(&mut self, address: u16, data: &[u8]) {
+        for (address, &byte) in (address..).zip(data) {
+            let item = self.model.item_around(address);
+            if item.is_some_and(|item| item.access != Access::ReadOnly) {
+                let place = &mut self.bytes[usize::from(address)];
+                self.changed.push((address, *place));
+                *place = byte;
+            }
+        }
+        for index in 0..self.changed.len() {
+            let item = self.model.item_around(self.changed[index].0);
+            if let Some(item) = item
+                && let Some([low, high]) = item.bounds.constant()
+            {
+                self.store(item, self.load(item).clamp(low, high));
+            }
+        }
     }
 
     fn write_bytes(&mut self, address: u16, data: &[u8], locked: bool) -> Result<(), ErrorNumber> {
@@ -216,7 +271,7 @@ impl Registers {
 
     /// Saves the values.
     pub fn save(&self) -> Snapshot {
-        Snapshot::of(&self.bytes)
+        Snapshot::of(&(&self.bytes, &self.stored))
     }
 
     /// Restores saved values.
@@ -224,14 +279,14 @@ impl Registers {
     /// # Errors
     /// [`SnapshotError`] if they are of another table.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let bytes: Vec<u8> = snapshot.read()?;
-        if bytes.len() != self.bytes.len() {
+        let (bytes, stored): (Vec<u8>, Vec<u8>) = snapshot.read()?;
+        if bytes.len() != self.bytes.len() || stored.len() != bytes.len() {
             return Err(SnapshotError::Mismatch {
                 expected: format!("a control table of {} bytes", self.bytes.len()),
                 found: format!("one of {}", bytes.len()),
             });
         }
-        self.bytes = bytes;
+        (self.bytes, self.stored) = (bytes, stored);
         Ok(())
     }
 }

@@ -233,6 +233,12 @@ impl<'p> Request<'p> {
                 }
             }
             Self::ClearTurns => content.push(&CLEAR_TURNS),
+            Self::FastSyncRead { .. } if protocol == Protocol::One => {
+                return Err(PacketError::Unsupported("fast sync read"));
+            }
+            Self::FastBulkRead(_) if protocol == Protocol::One => {
+                return Err(PacketError::Unsupported("fast bulk read"));
+            }
             Self::SyncRead { span, ids: data }
             | Self::FastSyncRead { span, ids: data }
             | Self::SyncWrite { span, data } => {

@@ -1,6 +1,9 @@
 //! Control tables as data.
 
+use twinrig_kernel::SimDuration;
+
 use crate::codes::ErrorNumber;
+use crate::firmware::Firmware;
 use crate::protocol::Protocol;
 use crate::request::Span;
 
@@ -21,6 +24,11 @@ pub struct Model {
     pub roles: Roles,
     /// Registers of the position, and its unit.
     pub position: PositionScale,
+    /// Creates the firmware at power-on.
+    pub firmware: fn() -> Box<dyn Firmware>,
+    /// Whether a write that is not valid is refused as a whole. Otherwise values are limited, and
+    /// bytes that cannot be written are left out.
+    pub is_strict: bool,
     /// Baud rates by the value of their register \[bit/s\].
     pub baud_rates: &'static [u32],
 }
@@ -44,6 +52,16 @@ pub struct Item {
     pub bounds: Bounds,
     /// Origin of this line.
     pub source: Source,
+}
+
+impl Bounds {
+    /// Returns the bounds, if they do not depend on other registers.
+    pub(crate) const fn constant(self) -> Option<[i32; 2]> {
+        match self {
+            Self::Between(low, high) => Some([low, high]),
+            Self::Limit(_) | Self::Positions { .. } => None,
+        }
+    }
 }
 
 /// Representation of the numbers of a register.
@@ -122,12 +140,18 @@ pub struct Roles {
     pub id: u16,
     /// Baud rate.
     pub baud_rate: u16,
-    /// Return delay time \[2 µs\].
-    pub return_delay: u16,
+    /// Return delay.
+    pub return_delay: ReturnDelay,
     /// Status return level.
     pub status_level: u16,
+    /// What is added to its value to get that of protocol 2.0: 0 for answers to pings alone, 1 for
+    /// those to reads, 2 for all.
+    pub status_offset: i32,
     /// Torque enable.
     pub torque: u16,
+    /// Register that, when it is not 0, lets writes to the EEPROM be lost at a restart. Without it
+    /// torque locks the EEPROM.
+    pub lock: Option<u16>,
     /// Whether a write is kept for an action, if there is such a register.
     pub registered: Option<u16>,
     /// Hardware error, which answers report, if there is such a register.
@@ -158,6 +182,8 @@ pub enum Errors {
     Numbers,
     /// Bits of protocol 1.0, some of which are those of the hardware error.
     Bits,
+    /// Bits of the hardware error alone.
+    Hardware,
 }
 
 impl Errors {
@@ -169,6 +195,7 @@ impl Errors {
         match self {
             Self::Numbers if hardware == 0 => error.0,
             Self::Numbers => error.0 | ErrorNumber::ALERT,
+            Self::Hardware => hardware,
             Self::Bits => {
                 hardware
                     | match error {
@@ -180,6 +207,15 @@ impl Errors {
             }
         }
     }
+}
+
+/// Time from an instruction to its answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReturnDelay {
+    /// The register at this address, in units of 2 µs.
+    Register(u16),
+    /// Constant.
+    Fixed(SimDuration),
 }
 
 impl Roles {
@@ -296,7 +332,7 @@ impl Item {
     }
 
     /// A register that the servo sets.
-    pub(crate) const fn read_only(address: u16, size: u8, name: &'static str) -> Self {
+    pub const fn read_only(address: u16, size: u8, name: &'static str) -> Self {
         Self {
             address,
             size,
@@ -310,7 +346,7 @@ impl Item {
     }
 
     /// A register that is lost when the servo restarts.
-    pub(crate) const fn ram(
+    pub const fn ram(
         address: u16,
         size: u8,
         name: &'static str,
@@ -330,7 +366,7 @@ impl Item {
     }
 
     /// A register that is kept when the servo restarts.
-    pub(crate) const fn eeprom(
+    pub const fn eeprom(
         address: u16,
         size: u8,
         name: &'static str,
@@ -344,8 +380,18 @@ impl Item {
         }
     }
 
+    /// The same with a bit for the sign.
+    #[must_use]
+    pub const fn with_sign_bit(self, bit: u8) -> Self {
+        Self {
+            format: Format::SignBit(bit),
+            ..self
+        }
+    }
+
     /// The same with numbers in two's complement.
-    pub(crate) const fn signed(self) -> Self {
+    #[must_use]
+    pub const fn signed(self) -> Self {
         Self {
             format: Format::TwosComplement,
             ..self
@@ -353,12 +399,14 @@ impl Item {
     }
 
     /// The same with a constant value.
-    pub(crate) const fn of(self, initial: i32) -> Self {
+    #[must_use]
+    pub const fn of(self, initial: i32) -> Self {
         Self { initial, ..self }
     }
 
     /// The same with a value that has no source.
-    pub(crate) const fn assumed(self, initial: i32) -> Self {
+    #[must_use]
+    pub const fn assumed(self, initial: i32) -> Self {
         Self {
             initial,
             source: Source::Assumed,

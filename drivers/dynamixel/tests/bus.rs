@@ -1,17 +1,14 @@
 //! Driver and emulated servos on a bus in virtual time: preparation, transfers by each pattern,
 //! their durations, missing servos, faults, and the cost of many servos.
 
-use std::ops::Range;
-
 use proptest::prelude::*;
 use twinrig_dynamixel::x::{XL330_M288, register as r};
 use twinrig_dynamixel::{
     BusConfig, BusWire, DynamixelDriver, JointSignals, ReadPattern, ServoConfig,
 };
-use twinrig_kernel::{
-    BoardClock, Direction, HostTime, Layout, LocalDuration, Port, SimDuration, SimTime, Unit,
-};
-use twinrig_runtime::{BusWork, Driver, Part, PlantAccess, PlantFault, PlantSignals, Wire};
+use twinrig_kernel::{BoardClock, LocalDuration, SimDuration, SimTime};
+use twinrig_runtime::Driver;
+use twinrig_testing::wired_harness::WiredHarness;
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
 
 const PATTERNS: [ReadPattern; 4] = [
@@ -20,39 +17,7 @@ const PATTERNS: [ReadPattern; 4] = [
     ReadPattern::BulkRead,
     ReadPattern::FastSyncRead,
 ];
-
-/// Joints that follow their duty cycles: the rate is 5 rad/s at 100 %.
-struct Joints {
-    now: SimTime,
-    advanced: SimTime,
-    inputs: Vec<f64>,
-    outputs: Vec<f64>,
-}
-
-impl Joints {
-    fn advance(&mut self) {
-        let seconds = (self.now - self.advanced).as_secs_f64();
-        self.advanced = self.now;
-        let (outputs, _) = self.outputs.as_chunks_mut::<2>();
-        let (inputs, _) = self.inputs.as_chunks::<2>();
-        for ([angle, rate], [duty, closed]) in outputs.iter_mut().zip(inputs) {
-            *rate = 5.0 * duty * closed;
-            *angle += *rate * seconds;
-        }
-    }
-}
-
-impl PlantAccess for Joints {
-    fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
-        self.advance();
-        Ok(&self.outputs[signals])
-    }
-
-    fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
-        self.advance();
-        Ok(&mut self.inputs[signals])
-    }
-}
+const PERIOD: SimDuration = SimDuration::from_millis(20);
 
 fn config(count: u8, pattern: ReadPattern) -> BusConfig {
     let servo = |n: u8| ServoConfig {
@@ -72,7 +37,7 @@ fn config(count: u8, pattern: ReadPattern) -> BusConfig {
         servos: (0..count).map(servo).collect(),
         byte_time: SimDuration::from_micros(10),
         pattern,
-        period: SimDuration::from_millis(20),
+        period: PERIOD,
         timeout: SimDuration::from_millis(5),
         usb: UsbTiming::preset(UsbPreset::Earliest),
         turnaround: SimDuration::ZERO,
@@ -81,140 +46,29 @@ fn config(count: u8, pattern: ReadPattern) -> BusConfig {
     }
 }
 
-/// Driver, bus and joints, step by step.
-struct Rig {
-    driver: DynamixelDriver,
-    wire: BusWire,
-    joints: Joints,
-    now: SimTime,
-    tx: Vec<u8>,
-    rx: Vec<u8>,
+type Harness = WiredHarness<DynamixelDriver, BusWire>;
+
+fn harness(config: &BusConfig) -> Harness {
+    let joints: Vec<String> = config
+        .servos
+        .iter()
+        .map(|servo| servo.name.clone())
+        .collect();
+    WiredHarness::new(config.driver().unwrap(), config.wire().unwrap(), &joints)
 }
 
-impl Rig {
-    fn new(config: &BusConfig) -> Self {
-        let mut ports = Vec::new();
-        for servo in &config.servos {
-            let signals = &servo.signals;
-            ports.push(Port::input(&signals.duty, Unit::One, 1));
-            ports.push(Port::input(&signals.bridge, Unit::One, 1));
-            ports.push(Port::output(&signals.angle, Unit::Radian, 1));
-            ports.push(Port::output(&signals.rate, Unit::RadianPerSecond, 1));
-        }
-        let signals = PlantSignals {
-            inputs: Layout::of(&ports, Direction::Input),
-            outputs: Layout::of(&ports, Direction::Output),
-        };
-        let mut wire = config.wire().unwrap();
-        wire.connect("test", &signals).unwrap();
-        Self {
-            driver: config.driver().unwrap(),
-            wire,
-            joints: Joints {
-                now: SimTime::ZERO,
-                advanced: SimTime::ZERO,
-                inputs: vec![0.0; signals.inputs.len()],
-                outputs: vec![0.0; signals.outputs.len()],
-            },
-            now: SimTime::ZERO,
-            tx: Vec::new(),
-            rx: Vec::new(),
-        }
-    }
-
-    fn host(&self) -> HostTime {
-        HostTime::from_nanos(self.now.as_nanos())
-    }
-
-    fn write(&mut self) {
-        self.tx.clear();
-        while self.driver.poll_transmit(&mut self.tx) {
-            self.wire.send(self.now, &self.tx);
-            self.tx.clear();
-        }
-    }
-
-    /// Advances to an instant, or until the driver is idle.
-    fn run(&mut self, until: SimTime, idle: bool) -> Result<(), String> {
-        self.write();
-        while !idle || self.driver.is_busy().map_err(|error| error.why)? {
-            let timeout = self.driver.poll_timeout();
-            let timeout = timeout.map(|it| SimTime::from_nanos(it.as_nanos()));
-            let wake = [self.wire.next_wake(), timeout];
-            let next = wake
-                .into_iter()
-                .flatten()
-                .min()
-                .unwrap_or(until)
-                .max(self.now);
-            if next >= until {
-                self.now = until;
-                self.joints.now = until;
-                self.wire.advance(until, &mut self.joints).unwrap();
-                return Ok(());
-            }
-            self.now = next;
-            self.joints.now = next;
-            self.wire.advance(next, &mut self.joints).unwrap();
-            self.rx.clear();
-            self.wire.receive(&mut self.rx);
-            let now = self.host();
-            if !self.rx.is_empty() {
-                self.driver.handle_bytes(now, &self.rx);
-            }
-            self.driver.handle_timeout(now);
-            self.write();
-        }
-        Ok(())
-    }
-
-    fn open(&mut self) -> Result<(), String> {
-        self.driver.open(self.host());
-        self.run(self.now + SimDuration::from_secs(10), true)
-    }
-
-    /// Transfers commands, and returns the duration.
-    fn transfer(&mut self, commands: &[f64]) -> SimDuration {
-        let start = self.now;
-        self.driver.begin(self.host(), commands);
-        self.run(self.now + SimDuration::from_secs(1), true)
-            .unwrap();
-        self.now - start
-    }
-
-    /// Transfers every 20 ms.
-    fn transfers(&mut self, count: u32, commands: &[f64]) {
-        for _ in 0..count {
-            let next = self.now + SimDuration::from_millis(20);
-            self.transfer(commands);
-            self.run(next.max(self.now), false).unwrap();
-        }
-    }
-
-    fn diagnostic(&self, name: &str) -> f64 {
-        let ports = self.driver.diagnostics();
-        let place = ports
-            .iter()
-            .position(|port| port.name == format!("dxl/{name}"));
-        let mut values = vec![0.0; ports.len()];
-        self.driver.read_diagnostics(&mut values);
-        values[place.unwrap()]
-    }
-
-    fn work(&self) -> BusWork {
-        let mut work = BusWork::default();
-        self.wire.count_work(&mut work);
-        work
-    }
+/// Returns a counter of the driver.
+fn count(rig: &Harness, name: &str) -> f64 {
+    rig.diagnostic(&format!("dxl/{name}"))
 }
 
 #[test]
 fn joints_reach_their_commands_by_each_pattern() {
     for pattern in PATTERNS {
-        let mut rig = Rig::new(&config(3, pattern));
+        let mut rig = harness(&config(3, pattern));
         rig.open().unwrap();
         let commands = [0.5, -0.25, 0.0];
-        rig.transfers(50, &commands);
+        rig.transfers(50, PERIOD, &commands);
         // Within a count, 1.5 mrad.
         for (found, command) in rig.driver.to_process().iter().zip(commands) {
             assert!(
@@ -222,7 +76,7 @@ fn joints_reach_their_commands_by_each_pattern() {
                 "{pattern:?} {found} {command}"
             );
         }
-        assert_eq!(rig.diagnostic("answers"), 3.0 * (6.0 + 50.0), "{pattern:?}");
+        assert_eq!(count(&rig, "answers"), 3.0 * (6.0 + 50.0), "{pattern:?}");
         let errors = [
             "lost",
             "refused",
@@ -232,15 +86,10 @@ fn joints_reach_their_commands_by_each_pattern() {
             "garbage",
         ];
         assert!(
-            errors.iter().all(|name| rig.diagnostic(name) == 0.0),
+            errors.iter().all(|name| count(&rig, name) == 0.0),
             "{pattern:?}"
         );
-        rig.driver.close(rig.host());
-        rig.run(rig.now + SimDuration::from_millis(100), true)
-            .unwrap();
-        // The next period of the firmware opens the bridges.
-        rig.run(rig.now + SimDuration::from_millis(2), false)
-            .unwrap();
+        rig.close().unwrap();
         assert!(
             rig.joints.inputs.iter().all(|input| *input == 0.0),
             "{pattern:?}"
@@ -262,7 +111,7 @@ fn durations_are_those_of_their_bytes() {
             (ReadPattern::BulkRead, write + 10 + 5 * n + 15 * n, 1),
             (ReadPattern::FastSyncRead, write + 14 + n + 8 + 8 * n, 1),
         ] {
-            let mut rig = Rig::new(&config(servos, pattern));
+            let mut rig = harness(&config(servos, pattern));
             rig.open().unwrap();
             let found = rig.transfer(&vec![0.0; servos.into()]);
             let least = SimDuration::from_micros(10) * bytes;
@@ -295,16 +144,16 @@ fn a_missing_servo_is_counted_and_the_others_are_read_where_they_answer() {
             }],
             seed: 1,
         };
-        let mut rig = Rig::new(&config);
+        let mut rig = harness(&config);
         rig.open().unwrap();
         rig.run(SimTime::ZERO + SimDuration::from_secs(2), false)
             .unwrap();
-        rig.transfers(1, &[0.0; 3]);
-        assert_eq!(rig.diagnostic("lost"), lost, "{pattern:?}");
+        rig.transfers(1, PERIOD, &[0.0; 3]);
+        assert_eq!(count(&rig, "lost"), lost, "{pattern:?}");
         rig.run(SimTime::ZERO + SimDuration::from_secs(4), false)
             .unwrap();
-        rig.transfers(3, &[0.0; 3]);
-        assert_eq!(rig.diagnostic("lost"), lost, "{pattern:?}");
+        rig.transfers(3, PERIOD, &[0.0; 3]);
+        assert_eq!(count(&rig, "lost"), lost, "{pattern:?}");
     }
 }
 
@@ -312,7 +161,7 @@ fn a_missing_servo_is_counted_and_the_others_are_read_where_they_answer() {
 fn opening_fails_with_the_servo_and_the_reason() {
     let failure = |change: fn(&mut BusConfig)| {
         let emulated = config(2, ReadPattern::SyncRead);
-        let mut rig = Rig::new(&emulated);
+        let mut rig = harness(&emulated);
         let mut believed = emulated;
         change(&mut believed);
         rig.driver = believed.driver().unwrap();
@@ -341,7 +190,10 @@ fn servos_that_cannot_be_told_apart_or_are_too_many_are_refused() {
     );
     let many = config(200, ReadPattern::SyncRead);
     let error = many.driver().err().unwrap().to_string();
-    assert!(error.starts_with("200 servos are too many"), "{error}");
+    assert!(
+        error.starts_with("a bus of 200 servos: a packet of"),
+        "{error}"
+    );
     assert!(config(120, ReadPattern::FastSyncRead).driver().is_ok());
     assert!(config(140, ReadPattern::FastSyncRead).driver().is_err());
 }
@@ -350,10 +202,10 @@ fn servos_that_cannot_be_told_apart_or_are_too_many_are_refused() {
 #[test]
 fn work_grows_linearly_with_the_servos() {
     let work = |servos: u8| {
-        let mut rig = Rig::new(&config(servos, ReadPattern::SyncRead));
+        let mut rig = harness(&config(servos, ReadPattern::SyncRead));
         rig.open().unwrap();
         let before = rig.work();
-        rig.transfers(10, &vec![0.1; servos.into()]);
+        rig.transfers(10, PERIOD, &vec![0.1; servos.into()]);
         let after = rig.work();
         (
             after.transmissions - before.transmissions,
@@ -363,6 +215,19 @@ fn work_grows_linearly_with_the_servos() {
     let [few, many] = [5, 50].map(work);
     assert_eq!([few.0, many.0], [50, 500]);
     assert!(many.1 < 10 * few.1, "{} {}", few.1, many.1);
+}
+
+#[test]
+fn transfers_do_not_allocate() {
+    for pattern in PATTERNS {
+        let mut rig = harness(&config(4, pattern));
+        rig.open().unwrap();
+        let commands = [0.3, -0.3, 0.1, 0.0];
+        rig.transfers(50, PERIOD, &commands);
+        let run = || rig.transfers(100, PERIOD, &commands);
+        let found = allocation_counter::measure(run).count_total;
+        assert_eq!(found, 0, "{pattern:?}");
+    }
 }
 
 proptest! {
@@ -390,19 +255,19 @@ proptest! {
             }],
             seed,
         };
-        let mut rig = Rig::new(&config);
+        let mut rig = harness(&config);
         rig.open().unwrap();
         rig.run(SimTime::ZERO + SimDuration::from_secs(1), false).unwrap();
-        let transfers = |rig: &mut Rig, count| {
-            let before = ["answers", "lost", "refused"].map(|name| rig.diagnostic(name));
-            rig.transfers(count, &[0.1, -0.1, 0.2, 0.0]);
-            let after = ["answers", "lost", "refused"].map(|name| rig.diagnostic(name));
+        let transfers = |rig: &mut Harness, transfers| {
+            let before = ["answers", "lost", "refused"].map(|name| count(rig, name));
+            rig.transfers(transfers, PERIOD, &[0.1, -0.1, 0.2, 0.0]);
+            let after = ["answers", "lost", "refused"].map(|name| count(rig, name));
             [0, 1, 2].map(|n| after[n] - before[n])
         };
         let [answers, lost, _] = transfers(&mut rig, 60);
         prop_assert_eq!(answers + lost, 240.0);
         rig.run(SimTime::ZERO + SimDuration::from_secs(3), false).unwrap();
-        rig.transfers(1, &[0.1, -0.1, 0.2, 0.0]);
+        rig.transfers(1, PERIOD, &[0.1, -0.1, 0.2, 0.0]);
         prop_assert_eq!(transfers(&mut rig, 10), [40.0, 0.0, 0.0]);
     }
 }

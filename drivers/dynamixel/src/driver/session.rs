@@ -6,6 +6,7 @@ use crate::codes::ErrorNumber;
 use crate::config::ServoConfig;
 use crate::protocol::Status;
 use crate::request::{Request, Span};
+use crate::table::ReturnDelay;
 
 /// Step of the preparation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,17 +38,18 @@ pub(crate) fn steps(servo: &ServoConfig) -> impl Iterator<Item = Step> + '_ {
     };
     let write = |address: u16, value: i32| Step::write(servo, address, value);
     let settings = servo.settings.iter();
-    [
-        Step::Identify(model),
-        Step::torque(servo, false),
-        write(roles.return_delay, 0),
-    ]
-    .into_iter()
-    .chain(settings.map(move |&(address, value)| write(address, value)))
-    .chain([
-        Step::Locate(servo.model.present()),
-        Step::torque(servo, true),
-    ])
+    let delay = match roles.return_delay {
+        ReturnDelay::Register(address) => Some(write(address, 0)),
+        ReturnDelay::Fixed(_) => None,
+    };
+    [Step::Identify(model), Step::torque(servo, false)]
+        .into_iter()
+        .chain(delay)
+        .chain(settings.map(move |&(address, value)| write(address, value)))
+        .chain([
+            Step::Locate(servo.model.present()),
+            Step::torque(servo, true),
+        ])
 }
 
 impl Step {

@@ -9,7 +9,7 @@ use crate::parser::{Parser, Received};
 use crate::protocol::{Packet, Protocol, Status};
 use crate::registers::Registers;
 use crate::request::{Kept, Request, Span, bulk_of_servo, of_servo};
-use crate::table::Model;
+use crate::table::{Model, ReturnDelay};
 
 mod turns;
 
@@ -388,8 +388,8 @@ impl Responder {
     }
 
     fn status_level(&self) -> i32 {
-        self.registers
-            .get(self.registers.model().roles.status_level)
+        let roles = &self.registers.model().roles;
+        self.registers.get(roles.status_level) + roles.status_offset
     }
 
     fn answers_reads(&self) -> bool {
@@ -401,10 +401,13 @@ impl Responder {
     }
 
     fn return_delay(&self) -> SimDuration {
-        let delay = self
-            .registers
-            .get(self.registers.model().roles.return_delay);
-        RETURN_DELAY_UNIT * u64::try_from(delay).unwrap_or_default()
+        match self.registers.model().roles.return_delay {
+            ReturnDelay::Fixed(delay) => delay,
+            ReturnDelay::Register(address) => {
+                let units = self.registers.get(address);
+                RETURN_DELAY_UNIT * u64::try_from(units).unwrap_or_default()
+            }
+        }
     }
 
     fn error_byte(&self, error: ErrorNumber) -> u8 {

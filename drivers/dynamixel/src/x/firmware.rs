@@ -15,14 +15,15 @@
 //! the other documented gains are halved, too.
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::LocalDuration;
+use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};
 
 use super::register as r;
+use crate::firmware::{Bridge, Firmware, Measured};
 use crate::registers::Registers;
 use crate::table::Roles;
 
-/// Period of the loops, by the clock of the servo. ASSUMED.
-pub const PERIOD: LocalDuration = LocalDuration::from_nanos(1_000_000);
+/// Period of the loops. ASSUMED.
+const PERIOD: LocalDuration = LocalDuration::from_nanos(1_000_000);
 const PERIOD_S: f64 = 1e-3;
 
 /// Counts of a turn of the shaft.
@@ -62,34 +63,9 @@ pub mod hardware_error {
     pub const OVERLOAD: i32 = 1 << 5;
 }
 
-/// Measurements of a servo.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measured {
-    /// Angle of the shaft \[rad\].
-    pub angle: f64,
-    /// Its rate \[rad/s\].
-    pub rate: f64,
-    /// Current of the motor \[A\].
-    pub current: f64,
-    /// Voltage of the supply \[V\].
-    pub voltage: f64,
-    /// Temperature \[°C\].
-    pub temperature: f64,
-}
-
-/// Command of the bridge.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Bridge {
-    /// Open: the motor has no current.
-    Open,
-    /// Duty cycle, −1 to 1.
-    Duty(f64),
-}
-
-/// Firmware of a servo of the X series: reads goals and limits in the registers, and writes the
-/// measurements.
+/// Inner loops of a servo of the X series.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Firmware {
+pub struct XFirmware {
     /// Mode in which the loops run; none with the torque off.
     running: Option<i32>,
     /// Set-point of the profile \[counts\], and its rate \[counts/s\].
@@ -119,7 +95,7 @@ mod mode {
     pub(super) const PWM: i32 = 16;
 }
 
-impl Default for Firmware {
+impl Default for XFirmware {
     fn default() -> Self {
         Self {
             running: None,
@@ -136,52 +112,7 @@ impl Default for Firmware {
     }
 }
 
-impl Firmware {
-    /// Forgets the turns: the position is within one turn.
-    pub fn clear_turns(&mut self, registers: &Registers) {
-        let position = registers.get(r::PRESENT_POSITION) - registers.get(r::HOMING_OFFSET);
-        let turns = libm::floor(f64::from(position) / COUNTS) * COUNTS;
-        self.turns -= whole(turns);
-    }
-
-    /// A period of the loops, after so many `instructions` on the bus; returns the command of the
-    /// bridge.
-    pub fn step(
-        &mut self,
-        registers: &mut Registers,
-        measured: &Measured,
-        instructions: u64,
-    ) -> Bridge {
-        self.ticks += 1;
-        let sign = if registers.get(r::DRIVE_MODE) & 1 == 0 {
-            1.0
-        } else {
-            -1.0
-        };
-        let encoder = libm::rint(sign * measured.angle / core::f64::consts::TAU * COUNTS) + CENTRE;
-        let offset = f64::from(registers.get(r::HOMING_OFFSET));
-        let position = encoder + f64::from(self.turns) + offset;
-        let velocity = sign * measured.rate / core::f64::consts::TAU * COUNTS;
-        let current = sign * measured.current;
-        self.check_hardware(registers, measured, velocity);
-        self.watch_bus(registers, instructions);
-        let enabled = registers.get(r::TORQUE_ENABLE) != 0;
-        let in_mode = registers.get(r::OPERATING_MODE);
-        if self.running != enabled.then_some(in_mode) {
-            self.restart(registers, position, enabled.then_some(in_mode));
-        }
-        let bridge = if enabled {
-            let goal = self.duty(registers, in_mode, position, velocity, current);
-            self.approach(registers, goal, measured.voltage);
-            Bridge::Duty(sign * self.pwm / FULL)
-        } else {
-            (self.set_point, self.set_rate, self.pwm) = (position, 0.0, 0.0);
-            Bridge::Open
-        };
-        self.report(registers, position, velocity, current, measured);
-        bridge
-    }
-
+impl XFirmware {
     /// Begins to run in another mode: the profile begins at the position.
     fn restart(&mut self, registers: &mut Registers, position: f64, running: Option<i32>) {
         self.running = running;
@@ -376,6 +307,63 @@ impl Firmware {
         registers.set(r::POSITION_TRAJECTORY, whole(self.set_point));
         registers.set(r::PRESENT_INPUT_VOLTAGE, whole(10.0 * measured.voltage));
         registers.set(r::PRESENT_TEMPERATURE, whole(measured.temperature));
+    }
+}
+
+impl Firmware for XFirmware {
+    fn period(&self) -> LocalDuration {
+        PERIOD
+    }
+
+    fn clear_turns(&mut self, registers: &Registers) {
+        let position = registers.get(r::PRESENT_POSITION) - registers.get(r::HOMING_OFFSET);
+        let turns = libm::floor(f64::from(position) / COUNTS) * COUNTS;
+        self.turns -= whole(turns);
+    }
+
+    fn step(
+        &mut self,
+        registers: &mut Registers,
+        measured: &Measured,
+        instructions: u64,
+    ) -> Bridge {
+        self.ticks += 1;
+        let sign = if registers.get(r::DRIVE_MODE) & 1 == 0 {
+            1.0
+        } else {
+            -1.0
+        };
+        let encoder = libm::rint(sign * measured.angle / core::f64::consts::TAU * COUNTS) + CENTRE;
+        let offset = f64::from(registers.get(r::HOMING_OFFSET));
+        let position = encoder + f64::from(self.turns) + offset;
+        let velocity = sign * measured.rate / core::f64::consts::TAU * COUNTS;
+        let current = sign * measured.current;
+        self.check_hardware(registers, measured, velocity);
+        self.watch_bus(registers, instructions);
+        let enabled = registers.get(r::TORQUE_ENABLE) != 0;
+        let in_mode = registers.get(r::OPERATING_MODE);
+        if self.running != enabled.then_some(in_mode) {
+            self.restart(registers, position, enabled.then_some(in_mode));
+        }
+        let bridge = if enabled {
+            let goal = self.duty(registers, in_mode, position, velocity, current);
+            self.approach(registers, goal, measured.voltage);
+            Bridge::Duty(sign * self.pwm / FULL)
+        } else {
+            (self.set_point, self.set_rate, self.pwm) = (position, 0.0, 0.0);
+            Bridge::Open
+        };
+        self.report(registers, position, velocity, current, measured);
+        bridge
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(self)
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        *self = snapshot.read()?;
+        Ok(())
     }
 }
 

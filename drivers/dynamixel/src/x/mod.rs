@@ -4,5 +4,5 @@ mod firmware;
 pub mod register;
 mod xl330_m288;
 
-pub use firmware::{Bridge, Firmware, Measured, PERIOD, hardware_error};
+pub use firmware::{XFirmware, hardware_error};
 pub use xl330_m288::XL330_M288;

@@ -1,9 +1,10 @@
+use super::XFirmware;
 use super::register::{
     BUS_WATCHDOG, CURRENT_LIMIT, GOAL_POSITION, MAX_POSITION_LIMIT, MIN_POSITION_LIMIT,
     OPERATING_MODE, PRESENT_POSITION, PWM_LIMIT, VELOCITY_LIMIT,
 };
 use crate::protocol::Protocol;
-use crate::table::{Bounds, Errors, Indirect, Item, Model, PositionScale, Roles};
+use crate::table::{Bounds, Errors, Indirect, Item, Model, PositionScale, ReturnDelay, Roles};
 
 /// Position control, the operating mode in which the limits of the position hold.
 const POSITION_CONTROL: i32 = 3;
@@ -29,9 +30,11 @@ pub static XL330_M288: Model = Model {
         firmware: 6,
         id: 7,
         baud_rate: 8,
-        return_delay: 9,
+        return_delay: ReturnDelay::Register(9),
         status_level: 68,
+        status_offset: 0,
         torque: 64,
+        lock: None,
         registered: Some(69),
         hardware_error: Some(70),
         moving: 122,
@@ -43,6 +46,8 @@ pub static XL330_M288: Model = Model {
         counts_per_turn: 4_096.0,
         centre: 2_048,
     },
+    firmware: || Box::new(XFirmware::default()),
+    is_strict: true,
     baud_rates: &[
         9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000,
     ],

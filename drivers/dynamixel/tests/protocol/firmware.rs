@@ -1,7 +1,7 @@
 //! The inner loops: the duty cycle against logs of a real servo, and the other modes as documented.
 
-use twinrig_dynamixel::Registers;
-use twinrig_dynamixel::x::{Bridge, Firmware, Measured, XL330_M288, register as r};
+use twinrig_dynamixel::x::{XFirmware, XL330_M288, register as r};
+use twinrig_dynamixel::{Bridge, Firmware, Measured, Registers};
 
 /// 5 V, room temperature.
 const AT_REST: Measured = Measured {
@@ -26,7 +26,7 @@ fn registers(mode: i32, values: &[(u16, i32)]) -> Registers {
 
 /// Returns the duty cycle after some periods at rest \[register\].
 fn settled(registers: &mut Registers, goal: (u16, i32), periods: u32) -> f64 {
-    let mut firmware = Firmware::default();
+    let mut firmware = XFirmware::default();
     firmware.step(registers, &AT_REST, 0);
     registers.set(goal.0, goal.1);
     let mut duty = 0.0;
@@ -95,7 +95,7 @@ mod logs {
                 ..AT_REST
             };
             registers.set(r::MAX_VOLTAGE_LIMIT, 80);
-            let mut firmware = Firmware::default();
+            let mut firmware = XFirmware::default();
             let counts = sample.goal / std::f64::consts::TAU * 4_096.0 + 2_048.0;
             #[expect(
                 clippy::cast_possible_truncation,
@@ -160,7 +160,7 @@ fn torque_off_opens_the_bridge_and_reports_measurements() {
         voltage: 5.04,
         temperature: 30.4,
     };
-    let bridge = Firmware::default().step(&mut registers, &measured, 0);
+    let bridge = XFirmware::default().step(&mut registers, &measured, 0);
     assert_eq!(bridge, Bridge::Open);
     // 2048 + 0.5/2π · 4096; −2 rad/s of 0.02398 rad/s; mA; 0.1 V; °C.
     for (address, expected) in [
@@ -213,7 +213,7 @@ fn duty_cycle_rises_at_the_documented_slope() {
 fn profiles_have_the_documented_times() {
     let [velocity, acceleration, distance] = [200, 100, 1_000];
     let mut registers = registers(4, &[]);
-    let mut firmware = Firmware::default();
+    let mut firmware = XFirmware::default();
     firmware.step(&mut registers, &AT_REST, 0);
     for (address, value) in [
         (r::PROFILE_VELOCITY, velocity),
@@ -248,7 +248,7 @@ fn velocity_and_current_loops_approach_their_goals() {
     // A motor without load: 0.3 V·s/rad at 5 V, 3.4 Ω.
     let ends = |mode, goal: (u16, i32)| {
         let mut registers = registers(mode, &[]);
-        let mut firmware = Firmware::default();
+        let mut firmware = XFirmware::default();
         let mut measured = AT_REST;
         registers.set(goal.0, goal.1);
         for _ in 0..5_000 {
@@ -271,7 +271,7 @@ fn velocity_and_current_loops_approach_their_goals() {
 #[test]
 fn silence_of_the_bus_stops_the_servo() {
     let mut registers = registers(3, &[(r::BUS_WATCHDOG, 2)]);
-    let mut firmware = Firmware::default();
+    let mut firmware = XFirmware::default();
     for period in 0..200 {
         // An instruction every 30 ms.
         firmware.step(&mut registers, &AT_REST, period / 30);
@@ -286,7 +286,7 @@ fn silence_of_the_bus_stops_the_servo() {
 #[test]
 fn supply_outside_of_its_limits_shuts_the_servo_down_until_it_restarts() {
     let mut registers = registers(3, &[]);
-    let mut firmware = Firmware::default();
+    let mut firmware = XFirmware::default();
     let low = Measured {
         voltage: 3.4,
         ..AT_REST

@@ -73,12 +73,7 @@ fn tables_are_consistent() {
             }
         }
         let roles = model.roles;
-        let status = [
-            roles.status_level,
-            roles.return_delay,
-            roles.torque,
-            roles.id,
-        ];
+        let status = [roles.status_level, roles.torque, roles.id];
         for address in status.into_iter().chain([roles.baud_rate]) {
             let item = model.item(address).unwrap();
             assert_ne!(item.access, Access::ReadOnly, "{}", item.name);

@@ -1,0 +1,53 @@
+use serde::{Deserialize, Serialize};
+use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};
+
+use crate::registers::Registers;
+
+/// Measurements of a servo.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// Angle of the shaft \[rad\].
+    pub angle: f64,
+    /// Its rate \[rad/s\].
+    pub rate: f64,
+    /// Current of the motor \[A\].
+    pub current: f64,
+    /// Voltage of the supply \[V\].
+    pub voltage: f64,
+    /// Temperature \[°C\].
+    pub temperature: f64,
+}
+
+/// Command of the bridge.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Bridge {
+    /// Open: the motor has no current.
+    Open,
+    /// Duty cycle, −1 to 1.
+    Duty(f64),
+}
+
+/// Inner loops of a servo: they read goals and limits in the registers, and write the measurements.
+pub trait Firmware: Send {
+    /// Returns the period of the loops, by the clock of the servo.
+    fn period(&self) -> LocalDuration;
+
+    /// A period of the loops, after so many `instructions` on the bus; returns the command of the
+    /// bridge.
+    fn step(&mut self, registers: &mut Registers, measured: &Measured, instructions: u64)
+    -> Bridge;
+
+    /// Forgets the turns: the position is within one turn.
+    fn clear_turns(&mut self, registers: &Registers) {
+        let _ = registers;
+    }
+
+    /// Saves the state.
+    fn save(&self) -> Snapshot;
+
+    /// Restores a saved state.
+    ///
+    /// # Errors
+    /// [`SnapshotError`] if it is of another firmware.
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}

@@ -1,0 +1,186 @@
+//! A driver and its wire step by step, with joints that turn as they are driven.
+
+use std::ops::Range;
+
+use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime, Unit};
+use twinrig_runtime::{BusWork, Driver, PlantAccess, PlantFault, PlantSignals, Wire};
+
+/// Rate of a joint at a duty cycle of 1 \[rad/s\].
+const RATE: f64 = 5.0;
+
+/// Joints with the inputs `NAME/duty` and `NAME/bridge` and the outputs `NAME/position` and
+/// `NAME/rate`, which turn at 5 rad/s at a duty cycle of 1.
+pub struct Joints {
+    now: SimTime,
+    advanced: SimTime,
+    /// Duty cycle and bridge of each.
+    pub inputs: Vec<f64>,
+    /// Angle and rate of each.
+    pub outputs: Vec<f64>,
+}
+
+impl Joints {
+    /// Creates joints with these names at angle 0, and their signals.
+    pub fn new(names: &[String]) -> (Self, PlantSignals) {
+        let of = |name: &String| {
+            [
+                Port::input(format!("{name}/duty"), Unit::One, 1),
+                Port::input(format!("{name}/bridge"), Unit::One, 1),
+                Port::output(format!("{name}/position"), Unit::Radian, 1),
+                Port::output(format!("{name}/rate"), Unit::RadianPerSecond, 1),
+            ]
+        };
+        let ports: Vec<Port> = names.iter().flat_map(of).collect();
+        let signals = PlantSignals {
+            inputs: Layout::of(&ports, Direction::Input),
+            outputs: Layout::of(&ports, Direction::Output),
+        };
+        let joints = Self {
+            now: SimTime::ZERO,
+            advanced: SimTime::ZERO,
+            inputs: vec![0.0; signals.inputs.len()],
+            outputs: vec![0.0; signals.outputs.len()],
+        };
+        (joints, signals)
+    }
+
+    fn advance(&mut self) {
+        let seconds = (self.now - self.advanced).as_secs_f64();
+        self.advanced = self.now;
+        let (outputs, _) = self.outputs.as_chunks_mut::<2>();
+        let (inputs, _) = self.inputs.as_chunks::<2>();
+        for ([angle, rate], [duty, closed]) in outputs.iter_mut().zip(inputs) {
+            *rate = RATE * duty * closed;
+            *angle += *rate * seconds;
+        }
+    }
+}
+
+impl PlantAccess for Joints {
+    fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
+        self.advance();
+        Ok(&self.outputs[signals])
+    }
+
+    fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
+        self.advance();
+        Ok(&mut self.inputs[signals])
+    }
+}
+
+/// Driver, wire and joints.
+pub struct WiredHarness<D, W> {
+    /// The driver.
+    pub driver: D,
+    /// The wire.
+    pub wire: W,
+    /// The joints.
+    pub joints: Joints,
+    /// Present time.
+    pub now: SimTime,
+    tx: Vec<u8>,
+    rx: Vec<u8>,
+}
+
+impl<D: Driver, W: Wire> WiredHarness<D, W> {
+    /// Connects a wire to joints with these names.
+    pub fn new(driver: D, mut wire: W, joints: &[String]) -> Self {
+        let (joints, signals) = Joints::new(joints);
+        wire.connect("test", &signals).unwrap();
+        Self {
+            driver,
+            wire,
+            joints,
+            now: SimTime::ZERO,
+            tx: Vec::new(),
+            rx: Vec::new(),
+        }
+    }
+
+    /// Returns the present time of the driver.
+    pub fn host(&self) -> HostTime {
+        HostTime::from_nanos(self.now.as_nanos())
+    }
+
+    fn write(&mut self) {
+        self.tx.clear();
+        while self.driver.poll_transmit(&mut self.tx) {
+            self.wire.send(self.now, &self.tx);
+            self.tx.clear();
+        }
+    }
+
+    /// Advances to an instant or, with `idle`, until the driver is idle; the failure of the driver
+    /// ends it.
+    pub fn run(&mut self, until: SimTime, idle: bool) -> Result<(), String> {
+        self.write();
+        while !idle || self.driver.is_busy().map_err(|error| error.why)? {
+            let timeout = self.driver.poll_timeout();
+            let timeout = timeout.map(|it| SimTime::from_nanos(it.as_nanos()));
+            let wakes = [self.wire.next_wake(), timeout].into_iter().flatten();
+            let next = wakes.min().unwrap_or(until).max(self.now);
+            self.now = next.min(until);
+            self.joints.now = self.now;
+            self.wire.advance(self.now, &mut self.joints).unwrap();
+            if next >= until {
+                return Ok(());
+            }
+            self.rx.clear();
+            self.wire.receive(&mut self.rx);
+            let now = self.host();
+            if !self.rx.is_empty() {
+                self.driver.handle_bytes(now, &self.rx);
+            }
+            self.driver.handle_timeout(now);
+            self.write();
+        }
+        Ok(())
+    }
+
+    /// Opens the driver, for at most 10 s.
+    pub fn open(&mut self) -> Result<(), String> {
+        self.driver.open(self.host());
+        self.run(self.now + SimDuration::from_secs(10), true)
+    }
+
+    /// Closes the driver, for at most 10 s, and lets the devices act for 10 ms.
+    pub fn close(&mut self) -> Result<(), String> {
+        self.driver.close(self.host());
+        self.run(self.now + SimDuration::from_secs(10), true)?;
+        self.run(self.now + SimDuration::from_millis(10), false)
+    }
+
+    /// Transfers commands, and returns the duration.
+    pub fn transfer(&mut self, commands: &[f64]) -> SimDuration {
+        let start = self.now;
+        self.driver.begin(self.host(), commands);
+        self.run(self.now + SimDuration::from_secs(1), true)
+            .unwrap();
+        self.now - start
+    }
+
+    /// Transfers the same commands once in each period.
+    pub fn transfers(&mut self, count: u32, period: SimDuration, commands: &[f64]) {
+        for _ in 0..count {
+            let next = self.now + period;
+            self.transfer(commands);
+            self.run(next.max(self.now), false).unwrap();
+        }
+    }
+
+    /// Returns the diagnostic of the driver with this name.
+    pub fn diagnostic(&self, name: &str) -> f64 {
+        let ports = self.driver.diagnostics();
+        let place = ports.iter().position(|port| port.name == name);
+        let mut values = vec![0.0; ports.len()];
+        self.driver.read_diagnostics(&mut values);
+        values[place.expect("the driver has the diagnostic")]
+    }
+
+    /// Returns the work of the wire.
+    pub fn work(&self) -> BusWork {
+        let mut work = BusWork::default();
+        self.wire.count_work(&mut work);
+        work
+    }
+}
