@@ -2,15 +2,18 @@
 
 use std::ops::Range;
 
-use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration, SimTime, Unit};
-use twinrig_runtime::{BusWork, Driver, PlantAccess, PlantFault, PlantSignals, Wire};
+use twinrig_kernel::{
+    Direction, HostTime, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
+};
+use twinrig_runtime::{BusWork, Driver, Plant, PlantAccess, PlantFault, PlantSignals, Wire};
 
 /// Rate of a joint at a duty cycle of 1 \[rad/s\].
 const RATE: f64 = 5.0;
 
 /// Joints with the inputs `NAME/duty` and `NAME/bridge` and the outputs `NAME/position` and
-/// `NAME/rate`, which turn at 5 rad/s at a duty cycle of 1.
+/// `NAME/rate`, which turn at 5 rad/s at a duty cycle of 1: a plant, or access to it.
 pub struct Joints {
+    ports: Vec<Port>,
     now: SimTime,
     advanced: SimTime,
     /// Duty cycle and bridge of each.
@@ -36,6 +39,7 @@ impl Joints {
             outputs: Layout::of(&ports, Direction::Output),
         };
         let joints = Self {
+            ports,
             now: SimTime::ZERO,
             advanced: SimTime::ZERO,
             inputs: vec![0.0; signals.inputs.len()],
@@ -44,7 +48,8 @@ impl Joints {
         (joints, signals)
     }
 
-    fn advance(&mut self) {
+    /// Turns the joints up to the present.
+    fn turn(&mut self) {
         let seconds = (self.now - self.advanced).as_secs_f64();
         self.advanced = self.now;
         let (outputs, _) = self.outputs.as_chunks_mut::<2>();
@@ -58,13 +63,47 @@ impl Joints {
 
 impl PlantAccess for Joints {
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
-        self.advance();
+        self.turn();
         Ok(&self.outputs[signals])
     }
 
     fn actuate(&mut self, signals: Range<usize>) -> Result<&mut [f64], PlantFault> {
-        self.advance();
+        self.turn();
         Ok(&mut self.inputs[signals])
+    }
+}
+
+impl Plant for Joints {
+    fn name(&self) -> &'static str {
+        "joints"
+    }
+
+    fn ports(&self) -> Vec<Port> {
+        self.ports.clone()
+    }
+
+    fn initial_inputs(&self, inputs: &mut [f64]) {
+        inputs.copy_from_slice(&self.inputs);
+    }
+
+    fn advance(&mut self, to: SimTime, inputs: &[f64]) -> Result<(), PlantFault> {
+        self.inputs.copy_from_slice(inputs);
+        self.now = to;
+        self.turn();
+        Ok(())
+    }
+
+    fn observe(&mut self, outputs: &mut [f64]) {
+        outputs.copy_from_slice(&self.outputs);
+    }
+
+    fn save(&self) -> Snapshot {
+        Snapshot::of(&(self.now, self.advanced, &self.inputs, &self.outputs))
+    }
+
+    fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
+        (self.now, self.advanced, self.inputs, self.outputs) = snapshot.read()?;
+        Ok(())
     }
 }
 
