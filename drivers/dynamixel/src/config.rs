@@ -82,7 +82,7 @@ pub enum ReadPattern {
 pub struct BusConfig {
     /// Name of the bus in the scenario.
     pub name: String,
-    /// Servos.
+    /// Servos, all with the same protocol and with goal and position at the same addresses.
     pub servos: Vec<ServoConfig>,
     /// Time of a byte.
     pub byte_time: SimDuration,
@@ -103,7 +103,8 @@ pub struct BusConfig {
 }
 
 impl BusConfig {
-    /// Rejects a bus on which servos cannot be told apart.
+    /// Rejects servos with the same name or identifier, identifiers out of range, and servos whose
+    /// positions cannot be read and written by one instruction.
     pub(crate) fn check(&self) -> Result<(), BusError> {
         for (n, servo) in self.servos.iter().enumerate() {
             let same = |other: &&ServoConfig| other.id == servo.id || other.name == servo.name;
@@ -111,6 +112,24 @@ impl BusConfig {
                 return Err(BusError::Twice {
                     first: other.name.clone(),
                     second: servo.name.clone(),
+                });
+            }
+            let registers = |servo: &ServoConfig| {
+                let model = servo.model;
+                (model.protocol, model.goal(), model.present())
+            };
+            if registers(servo) != registers(&self.servos[0]) {
+                return Err(BusError::Mixed {
+                    first: self.servos[0].name.clone(),
+                    second: servo.name.clone(),
+                });
+            }
+            let unknown = servo.registers.iter().chain(&servo.settings);
+            let mut unknown = unknown.filter(|(address, _)| servo.model.item(*address).is_none());
+            if let Some((address, _)) = unknown.next() {
+                return Err(BusError::Register {
+                    servo: servo.name.clone(),
+                    address: *address,
                 });
             }
             if servo.id > servo.model.protocol.id_max() {

@@ -28,6 +28,22 @@ pub enum BusError {
         /// Name of the other.
         second: String,
     },
+    /// Servos whose positions are in different registers, or whose protocols differ.
+    #[error("the servos `{first}` and `{second}` have different protocols or registers")]
+    Mixed {
+        /// Name of the one.
+        first: String,
+        /// Name of the other.
+        second: String,
+    },
+    /// A value for a register that the servo does not have.
+    #[error("the servo `{servo}` has no register at {address}")]
+    Register {
+        /// Name of the servo.
+        servo: String,
+        /// Address.
+        address: u16,
+    },
     /// An identifier that no servo has.
     #[error("the servo `{servo}` cannot have the identifier {id}")]
     Id {

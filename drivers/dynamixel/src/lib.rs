@@ -34,8 +34,8 @@
 //! # Ok::<(), twinrig_dynamixel::PacketError>(())
 //! ```
 //!
-//! Out of scope: USB and UART (`twinrig-wire`), the motor (`twinrig-actuator`), baud rates other than
-//! that of the bus, secondary identifiers, and the time of a restart.
+//! Out of scope: USB and UART (`twinrig-wire`), the motor (`twinrig-actuator`), baud rates other
+//! than that of the bus, secondary identifiers, and the time of a restart.
 
 mod bus;
 mod codes;

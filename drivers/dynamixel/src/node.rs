@@ -9,12 +9,12 @@ use crate::config::{JointSignals, ServoConfig};
 use crate::firmware::{Bridge, Firmware, Measured};
 use crate::responder::Responder;
 
-/// Emulated servo on a bus: its registers, the inner loops of its firmware at its own clock, and the
-/// motor in the plant.
+/// Emulated servo on a bus: its registers, the inner loops of its firmware at its own clock, and
+/// the motor in the plant.
 ///
-/// At each period it samples the angle of its shaft \[rad\], the rate \[rad/s\] and, where the plant
-/// has them, the current of the motor \[A\] and the voltage of the supply \[V\]; it writes the duty
-/// cycle of the bridge and whether it is closed.
+/// At each period it samples the angle of its shaft \[rad\], the rate \[rad/s\] and, where the
+/// plant has them, the current of the motor \[A\] and the voltage of the supply \[V\]; it writes
+/// the duty cycle of the bridge and whether it is closed.
 ///
 /// Diagnostics, `BUS/SERVO/…`, counted from power-on: `instructions`, `answers`, `refused`,
 /// `damaged`, `framing_errors` ([`crate::ResponderCounters`]), `unheard`, bytes outside packets.
@@ -153,11 +153,15 @@ impl Part for ServoNode {
             bridge,
         } = &self.config.signals;
         let find = |port: Port| plant.find(owner, &port);
+        let optional = |name: &String, unit: Unit| {
+            let known = plant.outputs.field(name).is_some();
+            known.then(|| find(Port::input(name, unit, 1))).transpose()
+        };
         self.signals = Signals {
             angle: find(Port::input(angle, Unit::Radian, 1))?,
             rate: find(Port::input(rate, Unit::RadianPerSecond, 1))?,
-            current: find(Port::input(current, Unit::Ampere, 1)).ok(),
-            supply: find(Port::input(supply, Unit::Volt, 1)).ok(),
+            current: optional(current, Unit::Ampere)?,
+            supply: optional(supply, Unit::Volt)?,
             duty: find(Port::output(duty, Unit::One, 1))?,
             bridge: find(Port::output(bridge, Unit::One, 1))?,
         };

@@ -204,7 +204,7 @@ impl Protocol {
         {
             return Beginning::Garbage;
         }
-        // FF and FD are no identifiers: a further FF precedes the header.
+        // FF is no identifier: in protocol 1.0 the header begins a byte later.
         if front.get(header.len()).is_some_and(|id| *id == 0xff) {
             return Beginning::Garbage;
         }
@@ -239,8 +239,8 @@ impl Protocol {
         }
     }
 
-    /// Decodes a packet that [`Protocol::match_frame`] has found; `parameters` is a buffer.
-    /// Returns none if the bytes are not exactly one packet.
+    /// Decodes a packet that [`Protocol::match_frame`] has found; `parameters` is a buffer. Returns
+    /// none if there are too few bytes.
     pub fn decode<'p>(self, frame: &'p [u8], parameters: &'p mut Vec<u8>) -> Option<Packet<'p>> {
         match (self, frame) {
             (Self::One, [_, _, id, _, code, rest @ .., _]) => Some(Packet {

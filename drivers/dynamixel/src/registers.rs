@@ -50,7 +50,8 @@ impl Registers {
         }
     }
 
-    /// Restarts the servo: registers have their initial values, those in the EEPROM the stored ones.
+    /// Restarts the servo: registers have their initial values, those in the EEPROM the stored
+    /// ones.
     pub fn restart(&mut self) {
         self.reset(|item| item.access != Access::Eeprom);
         let items = self.model.items.iter();
@@ -163,9 +164,10 @@ impl Registers {
         checked
     }
 
-    /// Writes what can be written, and limits values to their bounds.
+    /// Writes the bytes that can be written, and limits values to their bounds.
     fn write_leniently(&mut self, address: u16, data: &[u8]) {
-        for (address, &byte) in (address..).zip(data) {
+        let size = self.model.size();
+        for (address, &byte) in (address..size).zip(data) {
             let item = self.model.item_around(address);
             if item.is_some_and(|item| item.access != Access::ReadOnly) {
                 let place = &mut self.bytes[usize::from(address)];
@@ -178,7 +180,15 @@ impl Registers {
             if let Some(item) = item
                 && let Some([low, high]) = item.bounds.constant()
             {
-                self.store(item, self.load(item).clamp(low, high));
+                let value = self.load(item);
+                let limited = value.clamp(low, high);
+                if limited != value {
+                    // Also the bytes of the register that were not written.
+                    let places = item.address..item.address + u16::from(item.size);
+                    let bytes = places.map(|it| (it, self.bytes[usize::from(it)]));
+                    self.changed.extend(bytes);
+                    self.store(item, limited);
+                }
             }
         }
     }

@@ -226,6 +226,12 @@ impl<'p> Request<'p> {
                 number(address, content)?;
                 content.push(data);
             }
+            Self::FactoryReset(Kept::Id | Kept::IdAndBaudRate) if protocol == Protocol::One => {
+                return Err(PacketError::Unsupported("partial factory reset"));
+            }
+            Self::ClearTurns if protocol == Protocol::One => {
+                return Err(PacketError::Unsupported("clear"));
+            }
             Self::FactoryReset(kept) => {
                 let code = Kept::CODES.iter().find(|(known, _)| *known == kept);
                 if let (Protocol::Two, Some((_, code))) = (protocol, code) {

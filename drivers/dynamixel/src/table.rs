@@ -93,8 +93,8 @@ pub enum Bounds {
     Between(i32, i32),
     /// Any value whose magnitude is that of the register at this address at most.
     Limit(u16),
-    /// From the value of one register to that of another, while the register at `mode` is `in_mode`;
-    /// otherwise from `−otherwise` to `otherwise`.
+    /// From the value of one register to that of another, while the register at `mode` is
+    /// `in_mode`; otherwise from `−otherwise` to `otherwise`.
     Positions {
         /// Addresses of both limits.
         limits: [u16; 2],
@@ -186,7 +186,36 @@ pub enum Errors {
     Hardware,
 }
 
+/// Errors that an answer reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ReportedErrors {
+    /// A hardware error.
+    pub(crate) hardware: bool,
+    /// The instruction was refused.
+    pub(crate) refused: bool,
+}
+
 impl Errors {
+    /// Returns whether an error byte reports a hardware error, and whether it reports that the
+    /// instruction was refused.
+    pub(crate) fn of_byte(self, error: u8) -> ReportedErrors {
+        const OF_INSTRUCTION: u8 = 0b0101_1000;
+        match self {
+            Self::Numbers => ReportedErrors {
+                hardware: error & ErrorNumber::ALERT != 0,
+                refused: error & !ErrorNumber::ALERT != 0,
+            },
+            Self::Bits => ReportedErrors {
+                hardware: error & !OF_INSTRUCTION != 0,
+                refused: error & OF_INSTRUCTION != 0,
+            },
+            Self::Hardware => ReportedErrors {
+                hardware: error != 0,
+                refused: false,
+            },
+        }
+    }
+
     /// Returns the error byte of an answer.
     pub(crate) fn byte(self, error: ErrorNumber, hardware: u8) -> u8 {
         const RANGE: u8 = 1 << 3;
@@ -293,15 +322,19 @@ impl Model {
         from_centre / self.position.counts_per_turn * core::f64::consts::TAU
     }
 
-    /// Returns the goal for an angle \[rad\], and whether it is limited to a turn.
+    /// Returns the goal for an angle \[rad\], and whether it is limited to a turn; none for an angle
+    /// that is not a number.
     #[expect(clippy::cast_possible_truncation, reason = "within a turn")]
-    pub(crate) fn goal_counts(&self, angle: f64) -> (i32, bool) {
+    pub(crate) fn goal_counts(&self, angle: f64) -> Option<(i32, bool)> {
+        if angle.is_nan() {
+            return None;
+        }
         let position = &self.position;
         let exact = angle / core::f64::consts::TAU * position.counts_per_turn;
         let counts = libm::rint(exact) + f64::from(position.centre);
         let most = position.counts_per_turn - 1.0;
         let limited = counts.clamp(0.0, most);
-        (limited as i32, limited != counts)
+        Some((limited as i32, limited != counts))
     }
 }
 

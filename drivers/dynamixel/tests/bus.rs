@@ -97,9 +97,9 @@ fn joints_reach_their_commands_by_each_pattern() {
     }
 }
 
-/// Bytes of a transfer of n servos on the bus, of 10 µs each, return delays of 0, and USB in steps of
-/// 125 µs: a read of 14 bytes and an answer of 15 for each servo alone; one instruction and n answers
-/// of a sync or bulk read; one answer of 11 + 8 n bytes of a fast sync read.
+/// Bytes of a transfer of n servos on the bus, of 10 µs each, return delays of 0, and USB in steps
+/// of 125 µs: a read of 14 bytes and an answer of 15 for each servo alone; one instruction and n
+/// answers of a sync or bulk read; one answer of 11 + 8 n bytes of a fast sync read.
 #[test]
 fn durations_are_those_of_their_bytes() {
     for servos in [1, 6, 12] {
@@ -146,12 +146,10 @@ fn a_missing_servo_is_counted_and_the_others_are_read_where_they_answer() {
         };
         let mut rig = harness(&config);
         rig.open().unwrap();
-        rig.run(SimTime::ZERO + SimDuration::from_secs(2), false)
-            .unwrap();
+        rig.run_until(SimTime::ZERO + SimDuration::from_secs(2));
         rig.transfers(1, PERIOD, &[0.0; 3]);
         assert_eq!(count(&rig, "lost"), lost, "{pattern:?}");
-        rig.run(SimTime::ZERO + SimDuration::from_secs(4), false)
-            .unwrap();
+        rig.run_until(SimTime::ZERO + SimDuration::from_secs(4));
         rig.transfers(3, PERIOD, &[0.0; 3]);
         assert_eq!(count(&rig, "lost"), lost, "{pattern:?}");
     }
@@ -188,6 +186,10 @@ fn servos_that_cannot_be_told_apart_or_are_too_many_are_refused() {
         error.contains("joint0") && error.contains("joint1"),
         "{error}"
     );
+    let mut unknown = config(1, ReadPattern::SyncRead);
+    unknown.servos[0].settings = vec![(14, 1)];
+    let error = unknown.driver().err().unwrap().to_string();
+    assert_eq!(error, "the servo `joint0` has no register at 14");
     let many = config(200, ReadPattern::SyncRead);
     let error = many.driver().err().unwrap().to_string();
     assert!(
@@ -196,6 +198,17 @@ fn servos_that_cannot_be_told_apart_or_are_too_many_are_refused() {
     );
     assert!(config(120, ReadPattern::FastSyncRead).driver().is_ok());
     assert!(config(140, ReadPattern::FastSyncRead).driver().is_err());
+}
+
+#[test]
+fn a_command_that_is_not_a_number_leaves_the_last_goal() {
+    let mut rig = harness(&config(2, ReadPattern::SyncRead));
+    rig.open().unwrap();
+    rig.transfers(60, PERIOD, &[0.3, f64::NAN]);
+    rig.transfers(20, PERIOD, &[f64::NAN; 2]);
+    let [one, two] = [0, 1].map(|n| rig.driver.to_process()[n]);
+    assert!((one - 0.3).abs() < 1.6e-3 && two == 0.0, "{one} {two}");
+    assert_eq!(count(&rig, "saturated"), 60.0 + 40.0);
 }
 
 /// The instants and transmissions of a transfer grow in proportion to the servos.
@@ -257,7 +270,7 @@ proptest! {
         };
         let mut rig = harness(&config);
         rig.open().unwrap();
-        rig.run(SimTime::ZERO + SimDuration::from_secs(1), false).unwrap();
+        rig.run_until(SimTime::ZERO + SimDuration::from_secs(1));
         let transfers = |rig: &mut Harness, transfers| {
             let before = ["answers", "lost", "refused"].map(|name| count(rig, name));
             rig.transfers(transfers, PERIOD, &[0.1, -0.1, 0.2, 0.0]);
@@ -266,7 +279,7 @@ proptest! {
         };
         let [answers, lost, _] = transfers(&mut rig, 60);
         prop_assert_eq!(answers + lost, 240.0);
-        rig.run(SimTime::ZERO + SimDuration::from_secs(3), false).unwrap();
+        rig.run_until(SimTime::ZERO + SimDuration::from_secs(3));
         rig.transfers(1, PERIOD, &[0.1, -0.1, 0.2, 0.0]);
         prop_assert_eq!(transfers(&mut rig, 10), [40.0, 0.0, 0.0]);
     }

@@ -138,7 +138,7 @@ impl StsFirmware {
         let time = PROTECTION * get(r::PROTECTION_TIME);
         let limit = f64::from(get(r::TORQUE_LIMIT));
         if self.overload > time {
-            // Until the torque is turned off, or the demand changes its sign: ASSUMED.
+            // Until the torque is turned off. ASSUMED.
             let status = get(r::STATUS) | status::OVERLOAD;
             let protective = 10.0 * f64::from(get(r::PROTECTIVE_TORQUE));
             registers.set(r::STATUS, status);

@@ -29,8 +29,8 @@
 //! # Ok::<(), twinrig_dynamixel::PacketError>(())
 //! ```
 //!
-//! Out of scope: the SCS series, whose numbers have the high byte first; step mode; the gains `D` and
-//! `I` of the position and both of the speed, of which no source says the effect.
+//! Out of scope: the SCS series, whose numbers have the high byte first; step mode; the gains `D`
+//! and `I` of the position and both of the speed, of which no source says the effect.
 
 mod firmware;
 pub mod register;

@@ -249,6 +249,16 @@ fn joints_reach_their_commands_on_a_bus() {
         harness.close().unwrap();
         assert_eq!(harness.joints.inputs, [0.0; 4]);
     }
+    // A servo in overload answers with valid data.
+    config.servos[0].registers = vec![(r::STATUS, 0x20)];
+    config.pattern = ReadPattern::SyncRead;
+    let (driver, wire) = (config.driver().unwrap(), config.wire().unwrap());
+    let mut harness = WiredHarness::new(driver, wire, &names);
+    let error = harness.open().unwrap_err();
+    assert!(
+        error.starts_with("hip (id 1): it reports a hardware error"),
+        "{error}"
+    );
     config.pattern = ReadPattern::FastSyncRead;
     let error = config.driver().err().unwrap().to_string();
     assert!(

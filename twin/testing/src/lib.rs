@@ -1,7 +1,8 @@
 //! Test harnesses, for the tests of this workspace and of crates with parts of their own.
 //!
 //! - [`driver_harness`]: a driver and an emulated device step by step, without wire and rig.
-//! - [`wired_harness`]: a driver and its wire step by step, with joints that turn as they are driven.
+//! - [`wired_harness`]: a driver and its wire step by step, with joints that turn as they are
+//!   driven.
 //! - [`rig_harness`]: a rig around a driver and its wire, with a scripted process and a plant of
 //!   known signals.
 //! - [`framing`]: properties of the messages of a framed protocol.

@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use twinrig_kernel::{
-    Direction, HostTime, Layout, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit,
-};
+use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{BusWork, Driver, Plant, PlantAccess, PlantFault, PlantSignals, Wire};
 
 /// Rate of a joint at a duty cycle of 1 \[rad/s\].
@@ -34,10 +32,7 @@ impl Joints {
             ]
         };
         let ports: Vec<Port> = names.iter().flat_map(of).collect();
-        let signals = PlantSignals {
-            inputs: Layout::of(&ports, Direction::Input),
-            outputs: Layout::of(&ports, Direction::Output),
-        };
+        let signals = PlantSignals::of(&ports);
         let joints = Self {
             ports,
             now: SimTime::ZERO,
@@ -137,7 +132,7 @@ impl<D: Driver, W: Wire> WiredHarness<D, W> {
     }
 
     /// Returns the present time of the driver.
-    pub fn host(&self) -> HostTime {
+    fn host(&self) -> HostTime {
         HostTime::from_nanos(self.now.as_nanos())
     }
 
@@ -149,52 +144,64 @@ impl<D: Driver, W: Wire> WiredHarness<D, W> {
         }
     }
 
-    /// Advances to an instant or, with `idle`, until the driver is idle; the failure of the driver
-    /// ends it.
-    pub fn run(&mut self, until: SimTime, idle: bool) -> Result<(), String> {
+    /// Advances to the next event, at most to `until`; returns whether there was one.
+    fn step(&mut self, until: SimTime) -> bool {
+        let timeout = self.driver.poll_timeout();
+        let timeout = timeout.map(|it| SimTime::from_nanos(it.as_nanos()));
+        let wakes = [self.wire.next_wake(), timeout].into_iter().flatten();
+        let next = wakes.min().unwrap_or(until).max(self.now);
+        self.now = next.min(until);
+        self.joints.now = self.now;
+        self.wire.advance(self.now, &mut self.joints).unwrap();
+        if next >= until {
+            return false;
+        }
+        self.rx.clear();
+        self.wire.receive(&mut self.rx);
+        let now = self.host();
+        if !self.rx.is_empty() {
+            self.driver.handle_bytes(now, &self.rx);
+        }
+        self.driver.handle_timeout(now);
         self.write();
-        while !idle || self.driver.is_busy().map_err(|error| error.why)? {
-            let timeout = self.driver.poll_timeout();
-            let timeout = timeout.map(|it| SimTime::from_nanos(it.as_nanos()));
-            let wakes = [self.wire.next_wake(), timeout].into_iter().flatten();
-            let next = wakes.min().unwrap_or(until).max(self.now);
-            self.now = next.min(until);
-            self.joints.now = self.now;
-            self.wire.advance(self.now, &mut self.joints).unwrap();
-            if next >= until {
-                return Ok(());
-            }
-            self.rx.clear();
-            self.wire.receive(&mut self.rx);
-            let now = self.host();
-            if !self.rx.is_empty() {
-                self.driver.handle_bytes(now, &self.rx);
-            }
-            self.driver.handle_timeout(now);
-            self.write();
+        true
+    }
+
+    /// Advances to an instant.
+    pub fn run_until(&mut self, until: SimTime) {
+        self.write();
+        while self.step(until) {}
+    }
+
+    /// Advances until the driver is idle, for at most 10 s.
+    fn run_until_idle(&mut self) -> Result<(), String> {
+        let until = self.now + SimDuration::from_secs(10);
+        self.write();
+        while self.driver.is_busy().map_err(|error| error.why)? {
+            assert!(self.step(until), "the driver is busy for 10 s");
         }
         Ok(())
     }
 
-    /// Opens the driver, for at most 10 s.
+    /// Opens the driver.
     pub fn open(&mut self) -> Result<(), String> {
         self.driver.open(self.host());
-        self.run(self.now + SimDuration::from_secs(10), true)
+        self.run_until_idle()
     }
 
-    /// Closes the driver, for at most 10 s, and lets the devices act for 10 ms.
+    /// Closes the driver, and lets the devices act for 10 ms.
     pub fn close(&mut self) -> Result<(), String> {
         self.driver.close(self.host());
-        self.run(self.now + SimDuration::from_secs(10), true)?;
-        self.run(self.now + SimDuration::from_millis(10), false)
+        self.run_until_idle()?;
+        self.run_until(self.now + SimDuration::from_millis(10));
+        Ok(())
     }
 
     /// Transfers commands, and returns the duration.
     pub fn transfer(&mut self, commands: &[f64]) -> SimDuration {
         let start = self.now;
         self.driver.begin(self.host(), commands);
-        self.run(self.now + SimDuration::from_secs(1), true)
-            .unwrap();
+        self.run_until_idle().unwrap();
         self.now - start
     }
 
@@ -203,7 +210,7 @@ impl<D: Driver, W: Wire> WiredHarness<D, W> {
         for _ in 0..count {
             let next = self.now + period;
             self.transfer(commands);
-            self.run(next.max(self.now), false).unwrap();
+            self.run_until(next.max(self.now));
         }
     }
 

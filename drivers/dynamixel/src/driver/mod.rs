@@ -18,8 +18,8 @@ const ATTEMPTS: u32 = 3;
 /// Bytes of an answer besides its data, byte stuffing included.
 const ANSWER: u64 = 16;
 
-/// Host driver of servos: prepares them, writes the goals of all servos by one instruction and reads
-/// their positions once in a transfer, and turns the torque off at the end.
+/// Host driver of servos: prepares them, writes the goals of all servos by one instruction and
+/// reads their positions once in a transfer, and turns the torque off at the end.
 ///
 /// For every servo its input is the command \[rad\], its output the measured angle \[rad\]. The
 /// output of a servo that does not answer keeps its last value.
@@ -135,7 +135,6 @@ impl DynamixelDriver {
         let Some(step) = step else { return };
         let id = self.servo(index).id;
         self.state.attempts += 1;
-        self.state.parser.reset();
         // A step fits into a packet.
         let protocol = self.config.protocol();
         let _ = step.request().encode(protocol, id, &mut self.state.tx);
@@ -192,6 +191,7 @@ impl DynamixelDriver {
             Ok(position) => {
                 if let Some(counts) = position {
                     self.state.to_process[index] = servo.model.angle(counts);
+                    self.state.goals[index] = counts;
                 }
                 self.end_step(now);
             }
@@ -249,6 +249,7 @@ impl Driver for DynamixelDriver {
 
     fn open(&mut self, now: HostTime) {
         self.state.attempts = 0;
+        self.state.parser.reset();
         self.state.stage = if self.config.servos.is_empty() {
             Stage::Open
         } else {
@@ -261,9 +262,15 @@ impl Driver for DynamixelDriver {
         let state = &mut self.state;
         let servos = self.config.servos.iter().zip(&mut state.goals);
         for ((servo, goal), command) in servos.zip(from_process) {
-            let (counts, saturated) = servo.model.goal_counts(*command);
-            *goal = counts;
-            state.counters.saturated += u64::from(saturated);
+            // A command that is not a number leaves the last goal.
+            let limited = match servo.model.goal_counts(*command) {
+                Some((counts, limited)) => {
+                    *goal = counts;
+                    limited
+                }
+                None => true,
+            };
+            state.counters.saturated += u64::from(limited);
         }
         if state.stage == Stage::Open {
             self.begin_transfer(now);
@@ -277,6 +284,7 @@ impl Driver for DynamixelDriver {
         self.state.traffic.forget_silences();
         self.state.failed = None;
         self.state.attempts = 0;
+        self.state.parser.reset();
         self.state.tx.clear();
         self.state.stage = if self.config.servos.is_empty() {
             Stage::Closed
@@ -318,6 +326,7 @@ impl Driver for DynamixelDriver {
                 let kind = TrafficError::NoAnswer;
                 self.state.traffic.error(kind, Some(number(index)), 1, now);
                 if self.state.attempts < ATTEMPTS {
+                    self.state.parser.reset();
                     self.request_step(now);
                     return;
                 }

@@ -28,8 +28,8 @@ pub(crate) enum Step {
     Locate(Span),
 }
 
-/// Returns the steps that prepare a servo: its model, torque off, a return delay of 0, its settings,
-/// its position, torque on.
+/// Returns the steps that prepare a servo: its model, torque off, a return delay of 0, its
+/// settings, its position, torque on.
 pub(crate) fn steps(servo: &ServoConfig) -> impl Iterator<Item = Step> + '_ {
     let roles = &servo.model.roles;
     let model = Span {
@@ -94,14 +94,15 @@ impl Step {
         servo: &ServoConfig,
         status: &Status<'_>,
     ) -> Result<Option<i32>, String> {
-        if status.error & ErrorNumber::ALERT != 0 {
+        let errors = servo.model.errors.of_byte(status.error);
+        if errors.hardware {
             return Err(
                 "it reports a hardware error: read its register, remove the cause and \
                         reboot it"
                     .to_owned(),
             );
         }
-        if status.error != 0 {
+        if errors.refused {
             let error = ErrorNumber(status.error);
             return Err(match self {
                 Self::Write { address, value, .. } => {

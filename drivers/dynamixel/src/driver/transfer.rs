@@ -4,7 +4,6 @@ use twinrig_kernel::HostTime;
 use twinrig_wire::TrafficError;
 
 use super::{DynamixelDriver, Stage, number};
-use crate::codes::ErrorNumber;
 use crate::config::{ReadPattern, ServoConfig};
 use crate::protocol::{Protocol, Status};
 use crate::request::{BulkReads, Request};
@@ -82,7 +81,7 @@ impl DynamixelDriver {
         self.state.counters.answers += 1;
         self.state.traffic.answer(number(index), now);
         match model.counts(status.data) {
-            Some(counts) if status.error & !ErrorNumber::ALERT == 0 => {
+            Some(counts) if !model.errors.of_byte(status.error).refused => {
                 self.state.to_process[index] = model.angle(counts);
             }
             _ => {

@@ -57,6 +57,8 @@ pub struct Responder {
     /// Starts and lengths of the transmissions, and all their bytes.
     pending: VecDeque<(SimTime, usize)>,
     bytes: Vec<u8>,
+    /// End of the last transmission.
+    transmitted: SimTime,
     counters: ResponderCounters,
     data: Vec<u8>,
 }
@@ -88,6 +90,7 @@ struct Saved {
     restarts: bool,
     pending: VecDeque<(SimTime, usize)>,
     bytes: Vec<u8>,
+    transmitted: SimTime,
     counters: ResponderCounters,
 }
 
@@ -108,6 +111,7 @@ impl Responder {
             restarts: false,
             pending: VecDeque::new(),
             bytes: Vec::new(),
+            transmitted: SimTime::ZERO,
             counters: ResponderCounters::default(),
             data: Vec::new(),
         }
@@ -430,10 +434,17 @@ impl Responder {
         let protocol = self.protocol();
         // An answer is shorter than the longest packet: the table is.
         if protocol.encode_status(&status, &mut self.bytes).is_ok() {
-            let start = now + self.return_delay();
-            self.pending.push_back((start, self.bytes.len() - before));
-            self.counters.answers += 1;
+            self.queue(now + self.return_delay(), before);
         }
+    }
+
+    /// Queues the bytes from `first` on for transmission from `start` on, or after the one before.
+    fn queue(&mut self, start: SimTime, first: usize) {
+        let start = start.max(self.transmitted);
+        let length = self.bytes.len() - first;
+        self.transmitted = start + self.byte_time * length as u64;
+        self.pending.push_back((start, length));
+        self.counters.answers += 1;
     }
 
     /// Appends the next transmission to `bytes` and returns its start.
@@ -458,6 +469,7 @@ impl Responder {
             restarts: self.restarts,
             pending: self.pending.clone(),
             bytes: self.bytes.clone(),
+            transmitted: self.transmitted,
             counters: self.counters,
         })
     }
@@ -473,6 +485,7 @@ impl Responder {
         (self.heard, self.registered) = (saved.heard, saved.registered);
         (self.turn, self.common) = (saved.turn, saved.common);
         (self.pending, self.bytes) = (saved.pending, saved.bytes);
+        self.transmitted = saved.transmitted;
         (self.clears_turns, self.restarts) = (saved.clears_turns, saved.restarts);
         self.counters = saved.counters;
         Ok(())

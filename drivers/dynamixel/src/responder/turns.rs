@@ -118,7 +118,6 @@ impl Responder {
         };
         let length = self.bytes.len();
         append_fast_part(first_of, before, &status, &mut self.bytes);
-        self.pending.push_back((start, self.bytes.len() - length));
-        self.counters.answers += 1;
+        self.queue(start, length);
     }
 }

@@ -36,7 +36,8 @@ const FULL: f64 = 885.0;
 const VELOCITY: f64 = 0.229 / 60.0 * COUNTS;
 /// Unit of accelerations: 214.577 rev/min², in counts per second squared.
 const ACCELERATION: f64 = 214.577 / 3_600.0 * COUNTS;
-/// Duty cycle for an error of one count at a gain of 1 (logs in Rhoban/bam, see benches/xl330.toml).
+/// Duty cycle for an error of one count at a gain of 1 (logs in Rhoban/bam, see
+/// benches/xl330.toml).
 const POSITION_P: f64 = 1.0 / 256.0;
 const POSITION_I: f64 = 0.5 / 65_536.0;
 const POSITION_D: f64 = 0.5 / 16.0;

@@ -12,8 +12,9 @@ const POSITION_CONTROL: i32 = 3;
 const TURNS: i32 = 1_048_575;
 const GAIN: Bounds = Bounds::Between(0, 16_383);
 
-/// XL330-M288-T, by the table in the vendor's manual (emanual.robotis.com, docs/en/dxl/x/xl330-m288,
-/// sections "Control Table of EEPROM Area" and "of RAM Area"). Lines with another source say so.
+/// XL330-M288-T, by the table in the vendor's manual (emanual.robotis.com,
+/// docs/en/dxl/x/xl330-m288, sections "Control Table of EEPROM Area" and "of RAM Area"). Lines with
+/// another source say so.
 pub static XL330_M288: Model = Model {
     name: "XL330-M288-T",
     protocol: Protocol::Two,

@@ -207,8 +207,8 @@ fn duty_cycle_rises_at_the_documented_slope() {
     assert_eq!(reached(19), 885.0);
 }
 
-/// The profile takes t₁ = 64 V/A ms to its velocity (manual, "What is the Profile"), and reaches the
-/// goal after the distance over the velocity, and t₁.
+/// The profile takes t₁ = 64 V/A ms to its velocity (manual, "What is the Profile"), and reaches
+/// the goal after the distance over the velocity, and t₁.
 #[test]
 fn profiles_have_the_documented_times() {
     let [velocity, acceleration, distance] = [200, 100, 1_000];

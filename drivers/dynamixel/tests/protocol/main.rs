@@ -1,4 +1,5 @@
-//! Packets and servos against the examples of the vendor's manual, its library, and arbitrary bytes.
+//! Packets and servos against the examples of the vendor's manual, its library, and arbitrary
+//! bytes.
 
 mod firmware;
 mod manual;

@@ -1,5 +1,5 @@
-//! The examples of the manual of protocol 2.0 (emanual.robotis.com, docs/en/dxl/protocol2), byte for
-//! byte. Where it prints a wrong checksum, that is said.
+//! The examples of the manual of protocol 2.0 (emanual.robotis.com, docs/en/dxl/protocol2), byte
+//! for byte. Where it prints a wrong checksum, that is said.
 
 use twinrig_dynamixel::{BulkReads, ErrorNumber, Kept, Packet, Protocol, Request, Span, Status};
 
@@ -172,8 +172,8 @@ fn parts_of_a_fast_bulk_read_are_those_of_the_manual() {
     );
 }
 
-/// Returns the parts of servos at positions, with the values of other registers, in the order of the
-/// positions.
+/// Returns the parts of servos at positions, with the values of other registers, in the order of
+/// the positions.
 fn fast_answers(
     request: Request<'_>,
     positions: &[(u8, i32)],

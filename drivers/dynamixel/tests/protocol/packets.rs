@@ -33,8 +33,8 @@ fn encoded(protocol: Protocol, (id, code, parameters): &Content) -> Vec<u8> {
     bytes
 }
 
-/// Returns the packets of a stream in pieces of these lengths, the numbers of damaged packets and of
-/// bytes outside packets.
+/// Returns the packets of a stream in pieces of these lengths, the numbers of damaged packets and
+/// of bytes outside packets.
 fn parsed(protocol: Protocol, mut stream: &[u8], pieces: &[usize]) -> (Vec<Content>, usize, u64) {
     let mut parser = Parser::new(protocol);
     let (mut found, mut damaged) = (Vec::new(), 0);
@@ -122,9 +122,9 @@ proptest! {
     }
 }
 
-/// Of 10⁵ packets with one wrong bit, none is accepted in protocol 2.0: a CRC of 16 bits finds each.
-/// The sum of protocol 1.0 finds each, too, outside of the header and the length: a wrong length
-/// makes a packet of other bytes, of whose sums one in 256 is right by chance.
+/// Of 10⁵ packets with one wrong bit, none is accepted in protocol 2.0: a CRC of 16 bits finds
+/// each. The sum of protocol 1.0 finds each, too, outside of the header and the length: a wrong
+/// length makes a packet of other bytes, of whose sums one in 256 is right by chance.
 #[test]
 fn wrong_bits_are_found() {
     for protocol in [Protocol::One, Protocol::Two] {

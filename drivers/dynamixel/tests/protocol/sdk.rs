@@ -1,5 +1,5 @@
-//! Packets against the vendors' own libraries, byte for byte: `dynamixel_sdk` of both protocols, and
-//! Feetech's `scservo_sdk`.
+//! Packets against the vendors' own libraries, byte for byte: `dynamixel_sdk` of both protocols,
+//! and Feetech's `scservo_sdk`.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -139,7 +139,8 @@ fn writes_are_refused_as_documented_and_change_nothing() {
     let mut line = Line::new([servo_with(1, [])]);
     let before = line.servos[0].registers().save();
     for (request, expected) in [
-        // Out of its range; beyond a limit; a part of a register; read-only; no register; beyond all.
+        // Out of its range; beyond a limit; a part of a register; read-only; no register; beyond
+        // all.
         (write(TORQUE, &[2]), ErrorNumber::DATA_RANGE),
         (write(GOAL, &[0, 16, 0, 0]), ErrorNumber::DATA_LIMIT),
         (write(100, &[0x76, 3]), ErrorNumber::DATA_LIMIT),
