@@ -4,14 +4,14 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use twinrig_dynamixel::{Parser, Protocol, Received, Request, Responder, x};
+use twinrig_dynamixel::{Parser, ProtocolVersion, Received, Request, Responder, x};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_wire::Piece;
 
 const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
 
 /// Number of packets, and of damaged ones, in pieces of this length.
-fn found(protocol: Protocol, stream: &[u8], length: usize) -> [usize; 2] {
+fn found(protocol: ProtocolVersion, stream: &[u8], length: usize) -> [usize; 2] {
     let mut parser = Parser::new(protocol);
     let mut counts = [0; 2];
     for piece in stream.chunks(length) {
@@ -34,7 +34,7 @@ fuzz_target!(|data: &[u8]| {
         return;
     };
     let length = usize::from(length).max(1);
-    for protocol in [Protocol::One, Protocol::Two] {
+    for protocol in [ProtocolVersion::One, ProtocolVersion::Two] {
         let whole = found(protocol, stream, usize::MAX);
         assert_eq!(found(protocol, stream, length), whole);
     }
@@ -57,7 +57,7 @@ fuzz_target!(|data: &[u8]| {
             answers += 1;
         }
         // The bytes that the parser keeps, and this piece: an answered packet takes ten.
-        assert!(answers <= (Protocol::Two.packet_max() + length) / 10, "{answers}");
+        assert!(answers <= (ProtocolVersion::Two.packet_max() + length) / 10, "{answers}");
         bytes.clear();
     }
 });

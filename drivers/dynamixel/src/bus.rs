@@ -1,18 +1,18 @@
 use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, UsbSerial};
 
-use crate::config::BusConfig;
-use crate::error::BusError;
+use crate::config::ServoBusConfig;
+use crate::error::ServoBusError;
 use crate::node::ServoNode;
 
 /// Transport between the host's driver and the plant: USB converter, half-duplex bus, servos.
-pub type BusWire = UsbSerial<Box<dyn Line>>;
+pub type ServoBusWire = UsbSerial<Box<dyn Line>>;
 
-impl BusConfig {
+impl ServoBusConfig {
     /// Returns the emulated bus to which the driver is connected in virtual time.
     ///
     /// # Errors
-    /// [`BusError`] if the configuration is invalid.
-    pub fn wire(&self) -> Result<BusWire, BusError> {
+    /// [`ServoBusError`] if the configuration is invalid.
+    pub fn wire(&self) -> Result<ServoBusWire, ServoBusError> {
         self.check()?;
         let (name, byte_time, faults) = (&self.name, self.byte_time, &self.faults);
         let has_faults = |place: &str| faults.faults.iter().any(|fault| fault.on == place);

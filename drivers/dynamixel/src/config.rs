@@ -1,10 +1,10 @@
 use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_wire::{FaultSchedule, UsbTiming};
 
-use crate::error::{BusError, PacketError};
-use crate::protocol::{FastAnswer, Protocol};
+use crate::error::{PacketError, ServoBusError};
+use crate::protocol::{FastAnswer, ProtocolVersion};
 use crate::request::{BulkReads, Request};
-use crate::table::Model;
+use crate::table::ServoModel;
 
 /// Servo on a bus.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub struct ServoConfig {
     /// Name, for messages, diagnostics and faults: `LF/hip`.
     pub name: String,
     /// Model.
-    pub model: &'static Model,
+    pub model: &'static ServoModel,
     /// Identifier.
     pub id: u8,
     /// Values of registers at power-on that differ from the initial ones, by address.
@@ -79,7 +79,7 @@ pub enum ReadPattern {
 
 /// Bus with its servos.
 #[derive(Clone, Debug)]
-pub struct BusConfig {
+pub struct ServoBusConfig {
     /// Name of the bus in the scenario.
     pub name: String,
     /// Servos, all with the same protocol and with goal and position at the same addresses.
@@ -102,14 +102,14 @@ pub struct BusConfig {
     pub seed: u64,
 }
 
-impl BusConfig {
+impl ServoBusConfig {
     /// Rejects servos with the same name or identifier, identifiers out of range, and servos whose
     /// positions cannot be read and written by one instruction.
-    pub(crate) fn check(&self) -> Result<(), BusError> {
+    pub(crate) fn check(&self) -> Result<(), ServoBusError> {
         for (n, servo) in self.servos.iter().enumerate() {
             let same = |other: &&ServoConfig| other.id == servo.id || other.name == servo.name;
             if let Some(other) = self.servos[..n].iter().find(same) {
-                return Err(BusError::Twice {
+                return Err(ServoBusError::Twice {
                     first: other.name.clone(),
                     second: servo.name.clone(),
                 });
@@ -119,7 +119,7 @@ impl BusConfig {
                 (model.protocol, model.goal(), model.present())
             };
             if registers(servo) != registers(&self.servos[0]) {
-                return Err(BusError::Mixed {
+                return Err(ServoBusError::Mixed {
                     first: self.servos[0].name.clone(),
                     second: servo.name.clone(),
                 });
@@ -127,13 +127,13 @@ impl BusConfig {
             let unknown = servo.registers.iter().chain(&servo.settings);
             let mut unknown = unknown.filter(|(address, _)| servo.model.item(*address).is_none());
             if let Some((address, _)) = unknown.next() {
-                return Err(BusError::Register {
+                return Err(ServoBusError::Register {
                     servo: servo.name.clone(),
                     address: *address,
                 });
             }
             if servo.id > servo.model.protocol.id_max() {
-                return Err(BusError::Id {
+                return Err(ServoBusError::Id {
                     servo: servo.name.clone(),
                     id: servo.id,
                 });
@@ -143,12 +143,12 @@ impl BusConfig {
     }
 
     /// Returns the entries of a bulk read of all servos, if that and their goals fit into packets.
-    pub(crate) fn checked_reads(&self) -> Result<Vec<u8>, BusError> {
+    pub(crate) fn checked_reads(&self) -> Result<Vec<u8>, ServoBusError> {
         let reads = self.bulk_reads().and_then(|reads| {
             self.check_lengths(&reads)?;
             Ok(reads)
         });
-        reads.map_err(|source| BusError::Packet {
+        reads.map_err(|source| ServoBusError::Packet {
             servos: self.servos.len(),
             source,
         })
@@ -186,7 +186,10 @@ impl BusConfig {
             ReadPattern::FastSyncRead => Request::FastSyncRead { span, ids },
         };
         for request in [goals, read] {
-            request.encode(protocol, Protocol::BROADCAST, &mut Vec::new())?;
+            if model.lacks.contains(&request.instruction()) {
+                return Err(PacketError::Unsupported("bulk read for these servos"));
+            }
+            request.encode(protocol, ProtocolVersion::BROADCAST, &mut Vec::new())?;
         }
         if self.pattern != ReadPattern::FastSyncRead {
             return Ok(());
@@ -203,8 +206,8 @@ impl BusConfig {
     }
 
     /// Returns the protocol of the servos.
-    pub(crate) fn protocol(&self) -> Protocol {
+    pub(crate) fn protocol(&self) -> ProtocolVersion {
         let first = self.servos.first();
-        first.map_or(Protocol::Two, |servo| servo.model.protocol)
+        first.map_or(ProtocolVersion::Two, |servo| servo.model.protocol)
     }
 }

@@ -19,7 +19,7 @@ pub enum PacketError {
 
 /// A bus that cannot be built.
 #[derive(Clone, Debug, PartialEq, Error)]
-pub enum BusError {
+pub enum ServoBusError {
     /// Two servos with the same name or identifier.
     #[error("the servos `{first}` and `{second}` have the same name or identifier")]
     Twice {

@@ -5,7 +5,7 @@ use crate::registers::Registers;
 
 /// Measurements of a servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measured {
+pub struct ServoMeasurements {
     /// Angle of the shaft \[rad\].
     pub angle: f64,
     /// Its rate \[rad/s\].
@@ -20,7 +20,7 @@ pub struct Measured {
 
 /// Command of the bridge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Bridge {
+pub enum BridgeCommand {
     /// Open: the motor has no current.
     Open,
     /// Duty cycle, −1 to 1.
@@ -28,19 +28,21 @@ pub enum Bridge {
 }
 
 /// Inner loops of a servo: they read goals and limits in the registers, and write the measurements.
-pub trait Firmware: Send {
+pub trait ServoFirmware: Send {
     /// Returns the period of the loops, by the clock of the servo.
     fn period(&self) -> LocalDuration;
 
     /// A period of the loops, after so many `instructions` on the bus; returns the command of the
     /// bridge.
-    fn step(&mut self, registers: &mut Registers, measured: &Measured, instructions: u64)
-    -> Bridge;
+    fn step(
+        &mut self,
+        registers: &mut Registers,
+        measured: &ServoMeasurements,
+        instructions: u64,
+    ) -> BridgeCommand;
 
     /// Forgets the turns: the position is within one turn.
-    fn clear_turns(&mut self, registers: &Registers) {
-        let _ = registers;
-    }
+    fn clear_turns(&mut self) {}
 
     /// Saves the state.
     fn save(&self) -> Snapshot;

@@ -4,14 +4,14 @@
 //!
 //! | part | contents |
 //! |---|---|
-//! | packets | [`Protocol`] encodes and matches them, [`Parser`] finds them in a stream |
+//! | packets | [`ProtocolVersion`] encodes and matches them, [`Parser`] finds them in a stream |
 //! | instructions | [`Request`], with [`Instruction`] and [`ErrorNumber`] |
-//! | control tables | [`Model`] and its [`Item`]s; [`x`] has those of the X series, and its firmware |
-//! | servo | [`Registers`], with the access rules of the bus; [`Responder`], which answers; [`Firmware`]; [`ServoNode`], all of them with a plant |
-//! | bus | [`BusConfig`], of which [`DynamixelDriver`] and [`BusWire`] are made |
+//! | control tables | [`ServoModel`] and its [`Register`]s; [`x`] has those of the X series, and its firmware |
+//! | servo | [`Registers`], with the access rules of the bus; [`Responder`], which answers; [`ServoFirmware`]; [`ServoNode`], all of them with a plant |
+//! | bus | [`ServoBusConfig`], of which [`DynamixelDriver`] and [`ServoBusWire`] are made |
 //!
 //! ```
-//! use twinrig_dynamixel::{Protocol, Request, Responder, Span, x};
+//! use twinrig_dynamixel::{ProtocolVersion, Request, Responder, Span, x};
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_wire::Piece;
 //!
@@ -19,7 +19,7 @@
 //! let mut servo = Responder::new(&x::XL330_M288, 7, byte_time);
 //! let mut request = Vec::new();
 //! let span = Span { address: 0, length: 2 };
-//! Request::Read(span).encode(Protocol::Two, 7, &mut request)?;
+//! Request::Read(span).encode(ProtocolVersion::Two, 7, &mut request)?;
 //!
 //! let first = SimTime::ZERO + byte_time;
 //! let piece = Piece { first, spacing: byte_time, bytes: &request, framing_error: false };
@@ -52,19 +52,19 @@ mod responder;
 mod table;
 pub mod x;
 
-pub use bus::BusWire;
+pub use bus::ServoBusWire;
 pub use codes::{ErrorNumber, Instruction};
-pub use config::{BusConfig, JointSignals, ReadPattern, ServoConfig};
+pub use config::{JointSignals, ReadPattern, ServoBusConfig, ServoConfig};
 pub use driver::DynamixelDriver;
-pub use error::{BusError, PacketError};
-pub use firmware::{Bridge, Firmware, Measured};
+pub use error::{PacketError, ServoBusError};
+pub use firmware::{BridgeCommand, ServoFirmware, ServoMeasurements};
 pub use node::ServoNode;
 pub use parser::{Parser, Received};
-pub use protocol::{Packet, Protocol, Status};
+pub use protocol::{Packet, ProtocolVersion, Status};
 pub use registers::Registers;
 pub use request::{BulkReads, Kept, Request, Span};
 pub use responder::{Responder, ResponderCounters};
 pub use table::{
-    Access, Bounds, Errors, Format, Indirect, Item, Model, PositionScale, ReturnDelay, Roles,
-    Source,
+    Access, Bounds, CommonRegisters, Errors, Format, Indirect, PositionScale, Register,
+    ReturnDelay, ServoModel, Source,
 };

@@ -3,10 +3,10 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
-use twinrig_wire::{Diagnostics, Node, Piece};
+use twinrig_wire::{Diagnostics, Node, Piece, earlier};
 
 use crate::config::{JointSignals, ServoConfig};
-use crate::firmware::{Bridge, Firmware, Measured};
+use crate::firmware::{BridgeCommand, ServoFirmware, ServoMeasurements};
 use crate::responder::Responder;
 
 /// Emulated servo on a bus: its registers, the inner loops of its firmware at its own clock, and
@@ -23,7 +23,7 @@ pub struct ServoNode {
     /// Prefix of the diagnostics.
     prefix: String,
     responder: Responder,
-    firmware: Box<dyn Firmware>,
+    firmware: Box<dyn ServoFirmware>,
     signals: Signals,
     state: State,
 }
@@ -34,7 +34,7 @@ struct State {
     /// `next_tick` in physical time.
     wake: SimTime,
     /// Command of the bridge as last written to the plant.
-    bridge: Option<Bridge>,
+    bridge: Option<BridgeCommand>,
 }
 
 /// Places of the signals in the plant.
@@ -88,15 +88,15 @@ impl ServoNode {
             self.firmware = (self.config.model.firmware)();
         }
         if self.responder.take_cleared_turns() {
-            self.firmware.clear_turns(self.responder.registers());
+            self.firmware.clear_turns();
         }
         let instructions = self.responder.counters().instructions;
         let registers = self.responder.registers_mut();
         let bridge = self.firmware.step(registers, &measured, instructions);
         if self.state.bridge != Some(bridge) {
             let (closed, duty) = match bridge {
-                Bridge::Open => (0.0, 0.0),
-                Bridge::Duty(duty) => (1.0, duty),
+                BridgeCommand::Open => (0.0, 0.0),
+                BridgeCommand::Duty(duty) => (1.0, duty),
             };
             plant.actuate(self.signals.duty.clone())?.fill(duty);
             plant.actuate(self.signals.bridge.clone())?.fill(closed);
@@ -105,7 +105,7 @@ impl ServoNode {
         Ok(())
     }
 
-    fn measure(&self, plant: &mut dyn PlantAccess) -> Result<Measured, TaskError> {
+    fn measure(&self, plant: &mut dyn PlantAccess) -> Result<ServoMeasurements, TaskError> {
         let Signals {
             angle,
             rate,
@@ -120,7 +120,7 @@ impl ServoNode {
                 .copied()
                 .unwrap_or_default())
         };
-        Ok(Measured {
+        Ok(ServoMeasurements {
             angle: sample(angle)?,
             rate: sample(rate)?,
             current: current.as_ref().map_or(Ok(0.0), &mut sample)?,
@@ -212,7 +212,7 @@ impl Node for ServoNode {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        Some(self.state.wake)
+        earlier(Some(self.state.wake), self.responder.next_wake())
     }
 
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {

@@ -1,15 +1,15 @@
 use serde::{Deserialize, Serialize};
 
-use crate::protocol::{Beginning, Packet, Protocol};
+use crate::protocol::{Beginning, Packet, ProtocolVersion};
 
 /// Finds packets in a stream of bytes that is received in pieces of any length.
 ///
 /// Where no packet begins, or its checksum is wrong, the search continues one byte behind.
 ///
 /// ```
-/// use twinrig_dynamixel::{Instruction, Parser, Protocol, Received};
+/// use twinrig_dynamixel::{Instruction, Parser, ProtocolVersion, Received};
 ///
-/// let mut parser = Parser::new(Protocol::Two);
+/// let mut parser = Parser::new(ProtocolVersion::Two);
 /// parser.push(&[0x17, 0xff, 0xff, 0xfd, 0x00, 0x01, 0x03, 0x00, 0x01, 0x19]);
 /// assert!(parser.next_packet().is_none());
 /// parser.push(&[0x4e]);
@@ -19,7 +19,7 @@ use crate::protocol::{Beginning, Packet, Protocol};
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Parser {
-    protocol: Protocol,
+    protocol: ProtocolVersion,
     bytes: Vec<u8>,
     /// Number of bytes processed.
     consumed: usize,
@@ -43,7 +43,7 @@ pub enum Received<'p> {
 
 impl Parser {
     /// Creates a parser.
-    pub fn new(protocol: Protocol) -> Self {
+    pub fn new(protocol: ProtocolVersion) -> Self {
         Self {
             protocol,
             bytes: Vec::new(),

@@ -1,13 +1,13 @@
 //! Packets as bytes: headers, lengths, byte stuffing and checksums.
 
-use crc::{CRC_16_UMTS, Crc};
+use crc::{CRC_16_UMTS, Crc, Digest};
 use serde::{Deserialize, Serialize};
 use twinrig_wire::FrameMatch;
 
 use crate::codes::Instruction;
 use crate::error::PacketError;
 
-const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_UMTS);
+static CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_UMTS);
 const HEADER_1: [u8; 2] = [0xff; 2];
 /// Header, and the reserved byte.
 const HEADER_2: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
@@ -22,7 +22,7 @@ const LENGTH_MIN_2: usize = 3;
 
 /// Version of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Protocol {
+pub enum ProtocolVersion {
     /// 1.0, of AX, DX and RX; also that of Feetech's servos. A packet is `FF FF`, identifier,
     /// length, code, parameters, and the inverted sum of all bytes from the identifier on.
     One,
@@ -67,7 +67,7 @@ pub(crate) enum Beginning {
     Garbage,
 }
 
-impl Protocol {
+impl ProtocolVersion {
     /// Identifier to which all servos listen.
     pub const BROADCAST: u8 = 0xfe;
 
@@ -111,7 +111,7 @@ impl Protocol {
     /// Appends the answer of a servo to `bytes`.
     ///
     /// # Errors
-    /// As [`Protocol::encode`].
+    /// As [`ProtocolVersion::encode`].
     pub fn encode_status(
         self,
         status: &Status<'_>,
@@ -239,8 +239,8 @@ impl Protocol {
         }
     }
 
-    /// Decodes a packet that [`Protocol::match_frame`] has found; `parameters` is a buffer. Returns
-    /// none if there are too few bytes.
+    /// Decodes a packet that [`ProtocolVersion::match_frame`] has found; `parameters` is a buffer.
+    /// Returns none if there are too few bytes.
     pub fn decode<'p>(self, frame: &'p [u8], parameters: &'p mut Vec<u8>) -> Option<Packet<'p>> {
         match (self, frame) {
             (Self::One, [_, _, id, _, code, rest @ .., _]) => Some(Packet {
@@ -283,14 +283,14 @@ impl Protocol {
 impl<'p> Packet<'p> {
     /// Returns the packet as an answer; none if it is not one. A packet of protocol 1.0 does not
     /// tell whether it is.
-    pub fn status(&self, protocol: Protocol) -> Option<Status<'p>> {
+    pub fn status(&self, protocol: ProtocolVersion) -> Option<Status<'p>> {
         let (error, data) = match protocol {
-            Protocol::One => (self.code, self.parameters),
-            Protocol::Two if self.code == Instruction::STATUS.0 => {
+            ProtocolVersion::One => (self.code, self.parameters),
+            ProtocolVersion::Two if self.code == Instruction::STATUS.0 => {
                 let (error, data) = self.parameters.split_first()?;
                 (*error, data)
             }
-            Protocol::Two => return None,
+            ProtocolVersion::Two => return None,
         };
         Some(Status {
             id: self.id,
@@ -341,10 +341,7 @@ pub(crate) fn append_fast_part(
 ) {
     let start = bytes.len();
     if let Some(answer) = first_of {
-        let length = answer.length() - START_2;
-        let [low, high] = u16::try_from(length).unwrap_or(u16::MAX).to_le_bytes();
-        bytes.extend(HEADER_2);
-        bytes.extend([Protocol::BROADCAST, low, high, Instruction::STATUS.0]);
+        bytes.extend(fast_header(answer.length()));
     }
     bytes.extend([status.error, status.id]);
     bytes.extend(status.data);
@@ -352,6 +349,69 @@ pub(crate) fn append_fast_part(
     crc.update(before);
     crc.update(&bytes[start..]);
     bytes.extend(crc.finalize().to_le_bytes());
+}
+
+/// Returns header, identifier, length and code of a common answer of so many bytes.
+fn fast_header(length: usize) -> [u8; START_2 + 1] {
+    let counted = u16::try_from(length - START_2).unwrap_or(u16::MAX);
+    let [low, high] = counted.to_le_bytes();
+    let [a, b, c, d] = HEADER_2;
+    let (all, status) = (ProtocolVersion::BROADCAST, Instruction::STATUS.0);
+    [a, b, c, d, all, low, high, status]
+}
+
+/// Whether bytes may be the beginning of a common answer of `length` bytes.
+pub(crate) fn is_beginning_of_fast_answer(bytes: &[u8], length: usize) -> bool {
+    let header = fast_header(length);
+    bytes
+        .iter()
+        .zip(&header)
+        .all(|(byte, header)| byte == header)
+}
+
+/// Parts of the common answer to a fast read, each with the same number of bytes of data; none
+/// where the checksum of a part is wrong.
+pub(crate) struct FastParts<'p> {
+    /// Parameters of the packet that are left.
+    rest: &'p [u8],
+    data: usize,
+    crc: Digest<'static, u16>,
+}
+
+impl<'p> FastParts<'p> {
+    /// Divides the parameters of a packet whose last checksum is verified and removed.
+    pub(crate) fn new(parameters: &'p [u8], data: usize) -> Self {
+        // The code and the last checksum.
+        let length = START_2 + 1 + parameters.len() + 2;
+        let mut crc = CRC.digest();
+        crc.update(&fast_header(length));
+        Self {
+            rest: parameters,
+            data,
+            crc,
+        }
+    }
+}
+
+impl<'p> Iterator for FastParts<'p> {
+    type Item = Option<Status<'p>>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let (part, rest) = self.rest.split_at_checked(2 + self.data)?;
+        let [error, id, data @ ..] = part else {
+            return None;
+        };
+        self.crc.update(part);
+        let mut is_intact = true;
+        self.rest = rest;
+        if let [low, high, behind @ ..] = rest {
+            is_intact = self.crc.clone().finalize() == u16::from_le_bytes([*low, *high]);
+            self.crc.update(&[*low, *high]);
+            self.rest = behind;
+        }
+        let (error, id) = (*error, *id);
+        Some(is_intact.then_some(Status { id, error, data }))
+    }
 }
 
 /// Common answer to a fast read.

@@ -2,14 +2,14 @@ use twinrig_kernel::{Snapshot, SnapshotError};
 
 use crate::codes::ErrorNumber;
 use crate::request::{Kept, Span};
-use crate::table::{Access, Bounds, Indirect, Item, Model, Roles};
+use crate::table::{Access, Bounds, CommonRegisters, Indirect, Register, ServoModel};
 
 /// Registers of a servo: a control table with its values.
 ///
 /// Writes from the bus are checked as a whole: one that is refused changes nothing.
 #[derive(Clone, Debug)]
 pub struct Registers {
-    model: &'static Model,
+    model: &'static ServoModel,
     bytes: Vec<u8>,
     /// Content of the EEPROM, at its addresses: what a restart restores.
     stored: Vec<u8>,
@@ -19,25 +19,26 @@ pub struct Registers {
 
 impl Registers {
     /// Creates the registers with their initial values.
-    pub fn new(model: &'static Model) -> Self {
+    pub fn new(model: &'static ServoModel) -> Self {
         let mut registers = Self {
             model,
             bytes: vec![0; model.size().into()],
-            stored: Vec::new(),
+            stored: vec![0; model.size().into()],
             changed: Vec::new(),
         };
         registers.reset(|_| true);
+        (model.started)(&mut registers);
         registers.stored.clone_from(&registers.bytes);
         registers
     }
 
     /// Returns the model of the servo.
-    pub fn model(&self) -> &'static Model {
+    pub fn model(&self) -> &'static ServoModel {
         self.model
     }
 
     /// Sets registers to their initial values.
-    fn reset(&mut self, which: impl Fn(&Item) -> bool) {
+    fn reset(&mut self, which: impl Fn(&Register) -> bool) {
         for item in self.model.items.iter().filter(|item| which(item)) {
             self.store(item, item.initial);
         }
@@ -60,17 +61,19 @@ impl Registers {
             let range = at..at + usize::from(item.size);
             self.bytes[range.clone()].copy_from_slice(&self.stored[range]);
         }
+        (self.model.started)(self);
     }
 
     /// Sets all registers but `kept` to their initial values.
     pub fn factory_reset(&mut self, kept: Kept) {
         let roles = self.model.roles;
-        let keeps = |item: &Item| match kept {
+        let keeps = |item: &Register| match kept {
             Kept::Nothing => false,
             Kept::Id => item.address == roles.id,
             Kept::IdAndBaudRate => [roles.id, roles.baud_rate].contains(&item.address),
         };
         self.reset(|item| !keeps(item));
+        (self.model.started)(self);
         self.stored.clone_from(&self.bytes);
     }
 
@@ -79,23 +82,24 @@ impl Registers {
         self.model.item(address).map_or(0, |item| self.load(item))
     }
 
-    /// Sets the register at an address, truncated to its size, from the side of the servo.
+    /// Sets the register at an address to the nearest value that it can hold, from the side of the
+    /// servo.
     pub fn set(&mut self, address: u16, value: i32) {
         if let Some(item) = self.model.item(address) {
-            self.store(item, value);
+            self.store(item, item.representable(value));
             let at = usize::from(address);
             let range = at..at + usize::from(item.size);
             self.stored[range.clone()].copy_from_slice(&self.bytes[range]);
         }
     }
 
-    fn load(&self, item: &Item) -> i32 {
+    fn load(&self, item: &Register) -> i32 {
         let at = usize::from(item.address);
         let bytes = &self.bytes[at..at + usize::from(item.size)];
         item.decode(bytes).unwrap_or_default()
     }
 
-    fn store(&mut self, item: &Item, value: i32) {
+    fn store(&mut self, item: &Register, value: i32) {
         let (at, size) = (usize::from(item.address), usize::from(item.size));
         self.bytes[at..at + size].copy_from_slice(&item.encode(value)[..size]);
     }
@@ -132,6 +136,8 @@ impl Registers {
     /// [`ErrorNumber`], as its constants describe; none of a model that is not strict.
     pub fn write(&mut self, address: u16, data: &[u8]) -> Result<(), ErrorNumber> {
         self.changed.clear();
+        let torque = self.model.roles.torque;
+        let was_on = self.get(torque) != 0;
         if self.model.is_strict {
             self.write_strictly(address, data)?;
         } else {
@@ -148,7 +154,25 @@ impl Registers {
                 self.stored[at] = self.bytes[at];
             }
         }
+        self.follow_write(was_on);
         Ok(())
+    }
+
+    /// Sets the registers that the last write determines. When the torque is turned on, the goal is
+    /// the position, unless the same write has one: ASSUMED.
+    fn follow_write(&mut self, was_on: bool) {
+        let model = self.model;
+        let position = &model.position;
+        let has_goal = self
+            .changed
+            .iter()
+            .any(|(address, _)| *address == position.goal);
+        if !was_on && !has_goal && self.get(model.roles.torque) != 0 {
+            self.set(position.goal, self.get(position.present));
+        }
+        for index in 0..self.changed.len() {
+            (model.written)(self, self.changed[index].0);
+        }
     }
 
     fn write_strictly(&mut self, address: u16, data: &[u8]) -> Result<(), ErrorNumber> {
@@ -245,10 +269,10 @@ impl Registers {
         Ok(())
     }
 
-    fn check(&self, item: &Item) -> Result<(), ErrorNumber> {
+    fn check(&self, item: &Register) -> Result<(), ErrorNumber> {
         if let Some((watchdog, goals)) = self.model.roles.watchdog
             && goals.contains(&item.address)
-            && self.get(watchdog) == Roles::SILENCE
+            && self.get(watchdog) == CommonRegisters::SILENCE
         {
             return Err(ErrorNumber::DATA_RANGE);
         }
@@ -259,6 +283,8 @@ impl Registers {
         };
         match item.bounds {
             Bounds::Between(low, high) => within(low, high, ErrorNumber::DATA_RANGE),
+            Bounds::OneOf(values) if values.contains(&value) => Ok(()),
+            Bounds::OneOf(_) => Err(ErrorNumber::DATA_RANGE),
             Bounds::Limit(address) => {
                 let limit = self.get(address);
                 within(-limit, limit, ErrorNumber::DATA_LIMIT)

@@ -2,7 +2,7 @@
 
 use crate::codes::{ErrorNumber, Instruction};
 use crate::error::PacketError;
-use crate::protocol::{Content, Packet, Protocol};
+use crate::protocol::{Content, Packet, ProtocolVersion};
 
 /// Consecutive registers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,13 +16,13 @@ pub struct Span {
 /// Instruction with its parameters.
 ///
 /// ```
-/// use twinrig_dynamixel::{Protocol, Request, Span};
+/// use twinrig_dynamixel::{ProtocolVersion, Request, Span};
 ///
 /// // Present position of servos 1 and 2 (the example of the manual).
 /// let span = Span { address: 132, length: 4 };
 /// let request = Request::SyncRead { span, ids: &[1, 2] };
 /// let mut bytes = Vec::new();
-/// request.encode(Protocol::Two, Protocol::BROADCAST, &mut bytes)?;
+/// request.encode(ProtocolVersion::Two, ProtocolVersion::BROADCAST, &mut bytes)?;
 /// assert_eq!(
 ///     bytes,
 ///     [0xff, 0xff, 0xfd, 0, 0xfe, 9, 0, 0x82, 132, 0, 4, 0, 1, 2, 0xce, 0xfa]
@@ -111,13 +111,13 @@ const CLEAR_TURNS: [u8; 5] = [0x01, 0x44, 0x58, 0x4c, 0x22];
 /// Reads of several servos, as bytes of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BulkReads<'p> {
-    protocol: Protocol,
+    protocol: ProtocolVersion,
     bytes: &'p [u8],
 }
 
 impl<'p> BulkReads<'p> {
     /// Interprets the bytes that [`BulkReads::append`] has made.
-    pub fn new(protocol: Protocol, bytes: &'p [u8]) -> Self {
+    pub fn new(protocol: ProtocolVersion, bytes: &'p [u8]) -> Self {
         Self { protocol, bytes }
     }
 
@@ -126,14 +126,14 @@ impl<'p> BulkReads<'p> {
     /// # Errors
     /// [`PacketError::Unsupported`] if protocol 1.0 cannot express it.
     pub fn append(
-        protocol: Protocol,
+        protocol: ProtocolVersion,
         id: u8,
         span: Span,
         bytes: &mut Vec<u8>,
     ) -> Result<(), PacketError> {
         match protocol {
-            Protocol::One => bytes.extend([narrow(span.length)?, id, narrow(span.address)?]),
-            Protocol::Two => {
+            ProtocolVersion::One => bytes.extend([narrow(span.length)?, id, narrow(span.address)?]),
+            ProtocolVersion::Two => {
                 bytes.push(id);
                 bytes.extend(span.address.to_le_bytes());
                 bytes.extend(span.length.to_le_bytes());
@@ -145,8 +145,8 @@ impl<'p> BulkReads<'p> {
     /// Returns servos and registers, in the order of the answers.
     pub fn iter(self) -> impl Iterator<Item = (u8, Span)> + use<'p> {
         let size = match self.protocol {
-            Protocol::One => 3,
-            Protocol::Two => 5,
+            ProtocolVersion::One => 3,
+            ProtocolVersion::Two => 5,
         };
         self.bytes.chunks_exact(size).map(|entry| match *entry {
             [length, id, address] => {
@@ -194,7 +194,7 @@ impl<'p> Request<'p> {
     /// [`PacketError`] if the protocol cannot express it; then `bytes` is unchanged.
     pub fn encode(
         &self,
-        protocol: Protocol,
+        protocol: ProtocolVersion,
         id: u8,
         bytes: &mut Vec<u8>,
     ) -> Result<(), PacketError> {
@@ -206,13 +206,13 @@ impl<'p> Request<'p> {
 
     fn write_parameters(
         &self,
-        protocol: Protocol,
+        protocol: ProtocolVersion,
         content: &mut Content<'_>,
     ) -> Result<(), PacketError> {
         let number = |value: u16, content: &mut Content<'_>| {
             match protocol {
-                Protocol::One => content.push(&[narrow(value)?]),
-                Protocol::Two => content.push(&value.to_le_bytes()),
+                ProtocolVersion::One => content.push(&[narrow(value)?]),
+                ProtocolVersion::Two => content.push(&value.to_le_bytes()),
             }
             Ok(())
         };
@@ -226,23 +226,25 @@ impl<'p> Request<'p> {
                 number(address, content)?;
                 content.push(data);
             }
-            Self::FactoryReset(Kept::Id | Kept::IdAndBaudRate) if protocol == Protocol::One => {
+            Self::FactoryReset(Kept::Id | Kept::IdAndBaudRate)
+                if protocol == ProtocolVersion::One =>
+            {
                 return Err(PacketError::Unsupported("partial factory reset"));
             }
-            Self::ClearTurns if protocol == Protocol::One => {
+            Self::ClearTurns if protocol == ProtocolVersion::One => {
                 return Err(PacketError::Unsupported("clear"));
             }
             Self::FactoryReset(kept) => {
                 let code = Kept::CODES.iter().find(|(known, _)| *known == kept);
-                if let (Protocol::Two, Some((_, code))) = (protocol, code) {
+                if let (ProtocolVersion::Two, Some((_, code))) = (protocol, code) {
                     content.push(&[*code]);
                 }
             }
             Self::ClearTurns => content.push(&CLEAR_TURNS),
-            Self::FastSyncRead { .. } if protocol == Protocol::One => {
+            Self::FastSyncRead { .. } if protocol == ProtocolVersion::One => {
                 return Err(PacketError::Unsupported("fast sync read"));
             }
-            Self::FastBulkRead(_) if protocol == Protocol::One => {
+            Self::FastBulkRead(_) if protocol == ProtocolVersion::One => {
                 return Err(PacketError::Unsupported("fast bulk read"));
             }
             Self::SyncRead { span, ids: data }
@@ -254,13 +256,13 @@ impl<'p> Request<'p> {
             }
             Self::BulkRead(reads) | Self::FastBulkRead(reads) => {
                 // Protocol 1.0 begins the list with a zero.
-                if protocol == Protocol::One {
+                if protocol == ProtocolVersion::One {
                     content.push(&[0]);
                 }
                 content.push(reads.bytes);
             }
             Self::BulkWrite(data) => {
-                if protocol == Protocol::One {
+                if protocol == ProtocolVersion::One {
                     return Err(PacketError::Unsupported("bulk write"));
                 }
                 content.push(data);
@@ -274,12 +276,12 @@ impl<'p> Request<'p> {
     /// # Errors
     /// [`ErrorNumber::INSTRUCTION`] for an instruction that is not defined,
     /// [`ErrorNumber::DATA_LENGTH`] for parameters of another length.
-    pub fn decode(protocol: Protocol, packet: &Packet<'p>) -> Result<Self, ErrorNumber> {
+    pub fn decode(protocol: ProtocolVersion, packet: &Packet<'p>) -> Result<Self, ErrorNumber> {
         let mut rest = packet.parameters;
         let mut number = || -> Result<u16, ErrorNumber> {
             let (value, behind) = match (protocol, rest) {
-                (Protocol::One, [value, behind @ ..]) => (u16::from(*value), behind),
-                (Protocol::Two, [low, high, behind @ ..]) => {
+                (ProtocolVersion::One, [value, behind @ ..]) => (u16::from(*value), behind),
+                (ProtocolVersion::Two, [low, high, behind @ ..]) => {
                     (u16::from_le_bytes([*low, *high]), behind)
                 }
                 _ => return Err(ErrorNumber::DATA_LENGTH),
@@ -287,7 +289,7 @@ impl<'p> Request<'p> {
             rest = behind;
             Ok(value)
         };
-        let two = protocol == Protocol::Two;
+        let two = protocol == ProtocolVersion::Two;
         let bulk = |bytes| BulkReads { protocol, bytes };
         Ok(match Instruction(packet.code) {
             Instruction::PING => Self::Ping,
@@ -338,14 +340,14 @@ impl<'p> Request<'p> {
 }
 
 /// Returns the registers that a factory reset keeps.
-fn kept(protocol: Protocol, parameters: &[u8]) -> Result<Kept, ErrorNumber> {
+fn kept(protocol: ProtocolVersion, parameters: &[u8]) -> Result<Kept, ErrorNumber> {
     match (protocol, parameters) {
-        (Protocol::One, _) => Ok(Kept::Nothing),
-        (Protocol::Two, [code, ..]) => {
+        (ProtocolVersion::One, _) => Ok(Kept::Nothing),
+        (ProtocolVersion::Two, [code, ..]) => {
             let known = Kept::CODES.iter().find(|(_, known)| known == code);
             known.map(|(kept, _)| *kept).ok_or(ErrorNumber::DATA_RANGE)
         }
-        (Protocol::Two, []) => Err(ErrorNumber::DATA_LENGTH),
+        (ProtocolVersion::Two, []) => Err(ErrorNumber::DATA_LENGTH),
     }
 }
 

@@ -2,30 +2,37 @@
 
 use twinrig_kernel::SimDuration;
 
-use crate::codes::ErrorNumber;
-use crate::firmware::Firmware;
-use crate::protocol::Protocol;
+use crate::codes::{ErrorNumber, Instruction};
+use crate::firmware::ServoFirmware;
+use crate::protocol::ProtocolVersion;
+use crate::registers::Registers;
 use crate::request::Span;
 
 /// Model of a servo.
 #[derive(Debug)]
-pub struct Model {
+pub struct ServoModel {
     /// Name: `XL330-M288-T`.
     pub name: &'static str,
     /// Protocol of its packets.
-    pub protocol: Protocol,
+    pub protocol: ProtocolVersion,
     /// Registers by address, without indirect ones.
-    pub items: &'static [Item],
+    pub items: &'static [Register],
     /// Indirect registers.
     pub indirect: &'static [Indirect],
     /// Errors of its answers.
     pub errors: Errors,
     /// Addresses of the registers that communication itself uses.
-    pub roles: Roles,
+    pub roles: CommonRegisters,
     /// Registers of the position, and its unit.
     pub position: PositionScale,
+    /// Sets the registers that others determine, when the servo starts.
+    pub started: fn(&mut Registers),
+    /// Sets the registers that a write to another from the bus determines, by its address.
+    pub written: fn(&mut Registers, u16),
+    /// Instructions that the servo does not have, though its protocol has them.
+    pub lacks: &'static [Instruction],
     /// Creates the firmware at power-on.
-    pub firmware: fn() -> Box<dyn Firmware>,
+    pub firmware: fn() -> Box<dyn ServoFirmware>,
     /// Whether a write that is not valid is refused as a whole. Otherwise values are limited, and
     /// bytes that cannot be written are left out.
     pub is_strict: bool,
@@ -35,7 +42,7 @@ pub struct Model {
 
 /// Register of a control table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Item {
+pub struct Register {
     /// Address of the first byte.
     pub address: u16,
     /// Number of bytes, low byte first.
@@ -59,7 +66,7 @@ impl Bounds {
     pub(crate) const fn constant(self) -> Option<[i32; 2]> {
         match self {
             Self::Between(low, high) => Some([low, high]),
-            Self::Limit(_) | Self::Positions { .. } => None,
+            Self::OneOf(_) | Self::Limit(_) | Self::Positions { .. } => None,
         }
     }
 }
@@ -91,6 +98,8 @@ pub enum Access {
 pub enum Bounds {
     /// From one value to another.
     Between(i32, i32),
+    /// One of these values.
+    OneOf(&'static [i32]),
     /// Any value whose magnitude is that of the register at this address at most.
     Limit(u16),
     /// From the value of one register to that of another, while the register at `mode` is
@@ -131,7 +140,7 @@ pub struct Indirect {
 
 /// Addresses of registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Roles {
+pub struct CommonRegisters {
     /// Model number, of two bytes.
     pub model: u16,
     /// Version of the firmware.
@@ -247,20 +256,20 @@ pub enum ReturnDelay {
     Fixed(SimDuration),
 }
 
-impl Roles {
+impl CommonRegisters {
     /// Value of the bus watchdog after silence: −1.
     pub(crate) const SILENCE: i32 = 0xff;
 }
 
-impl Model {
+impl ServoModel {
     /// Returns the register that begins at an address.
-    pub fn item(&self, address: u16) -> Option<&'static Item> {
+    pub fn item(&self, address: u16) -> Option<&'static Register> {
         let found = self.items.binary_search_by_key(&address, |it| it.address);
         found.ok().map(|at| &self.items[at])
     }
 
     /// Returns the register that contains an address.
-    pub(crate) fn item_around(&self, address: u16) -> Option<&'static Item> {
+    pub(crate) fn item_around(&self, address: u16) -> Option<&'static Register> {
         let behind = self.items.partition_point(|it| it.address <= address);
         let item = &self.items[behind.checked_sub(1)?];
         (address < item.address + u16::from(item.size)).then_some(item)
@@ -275,7 +284,7 @@ impl Model {
     }
 
     /// Returns the register of a name.
-    pub fn named(&self, name: &str) -> Option<&'static Item> {
+    pub fn named(&self, name: &str) -> Option<&'static Register> {
         self.items.iter().find(|item| item.name == name)
     }
 
@@ -322,8 +331,8 @@ impl Model {
         from_centre / self.position.counts_per_turn * core::f64::consts::TAU
     }
 
-    /// Returns the goal for an angle \[rad\], and whether it is limited to a turn; none for an angle
-    /// that is not a number.
+    /// Returns the goal for an angle \[rad\], and whether it is limited to a turn; none for an
+    /// angle that is not a number.
     #[expect(clippy::cast_possible_truncation, reason = "within a turn")]
     pub(crate) fn goal_counts(&self, angle: f64) -> Option<(i32, bool)> {
         if angle.is_nan() {
@@ -338,7 +347,7 @@ impl Model {
     }
 }
 
-impl Item {
+impl Register {
     /// Returns the number that bytes of this register are; none if they are of another length.
     pub(crate) fn decode(&self, bytes: &[u8]) -> Option<i32> {
         if bytes.len() != usize::from(self.size) {
@@ -353,6 +362,18 @@ impl Item {
             Format::SignBit(bit) if number >> bit & 1 == 1 => -(number & !(1 << bit)),
             _ => number,
         })
+    }
+
+    /// Returns the nearest number that the register can hold.
+    pub(crate) fn representable(&self, number: i32) -> i32 {
+        let bits = 8 * u32::from(self.size);
+        let [low, high] = match self.format {
+            _ if bits >= 32 => [i32::MIN, i32::MAX],
+            Format::Unsigned => [0, (1 << bits) - 1],
+            Format::TwosComplement => [-(1 << (bits - 1)), (1 << (bits - 1)) - 1],
+            Format::SignBit(bit) => [1 - (1 << bit), (1 << bit) - 1],
+        };
+        number.clamp(low, high)
     }
 
     /// Returns the bytes of a number, of which the first ones are those of this register.
@@ -390,7 +411,7 @@ impl Item {
             access: Access::Ram,
             initial,
             format: match bounds {
-                Bounds::Between(0.., _) => Format::Unsigned,
+                Bounds::Between(0.., _) | Bounds::OneOf(_) => Format::Unsigned,
                 _ => Format::TwosComplement,
             },
             bounds,
@@ -410,6 +431,15 @@ impl Item {
         Self {
             access: Access::Eeprom,
             ..Self::ram(address, size, name, initial, Bounds::Between(low, high))
+        }
+    }
+
+    /// The same with some values only.
+    #[must_use]
+    pub const fn one_of(self, values: &'static [i32]) -> Self {
+        Self {
+            bounds: Bounds::OneOf(values),
+            ..self
         }
     }
 

@@ -8,7 +8,7 @@
 //! | overload, limits of the supply and of the temperature | documented, not compared |
 
 use serde::{Deserialize, Serialize};
-use twinrig_dynamixel::{Bridge, Firmware, Measured, Registers};
+use twinrig_dynamixel::{BridgeCommand, Registers, ServoFirmware, ServoMeasurements};
 use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};
 
 use crate::register as r;
@@ -27,7 +27,7 @@ const FULL: f64 = 1_000.0;
 const PER_COUNT: f64 = 0.25;
 /// Unit of the greatest speed: 0.732 rev/min, in counts per second.
 const SPEED_LIMIT: f64 = 0.732 / 60.0 * COUNTS;
-/// Unit of the acceleration: 8.7 °/s², in counts per second squared.
+/// Unit of the acceleration: 100 counts per second squared, 8.8 °/s².
 const ACCELERATION: f64 = 100.0;
 /// Unit of the current \[A\].
 const CURRENT: f64 = 6.5e-3;
@@ -37,6 +37,9 @@ const PROTECTION: i32 = 10;
 /// Values of the register that turns the torque on.
 const ON: i32 = 1;
 const CALIBRATE: i32 = 128;
+
+/// Bit of the phase: positions count turns.
+const COUNTS_TURNS: i32 = 1 << 4;
 
 /// Operating modes.
 mod mode {
@@ -54,10 +57,8 @@ mod status {
 /// Inner loops of a servo of the STS series.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StsFirmware {
-    /// Whether the torque is on.
-    runs: bool,
-    /// Whether the registers that a restart derives from others are set.
-    started: bool,
+    /// Mode in which the loops run; none with the torque off.
+    running: Option<i32>,
     /// Set-point \[counts\], and its rate \[counts/s\].
     set_point: f64,
     set_rate: f64,
@@ -149,7 +150,7 @@ impl StsFirmware {
     }
 
     /// Looks for hardware errors, and releases the motor for those that it watches for.
-    fn check_hardware(registers: &mut Registers, measured: &Measured) {
+    fn check_hardware(registers: &mut Registers, measured: &ServoMeasurements) {
         let decivolts = libm::rint(10.0 * measured.voltage);
         let [low, high] = [r::MIN_VOLTAGE_LIMIT, r::MAX_VOLTAGE_LIMIT].map(|it| registers.get(it));
         let mut found = registers.get(r::STATUS) & status::OVERLOAD;
@@ -167,50 +168,62 @@ impl StsFirmware {
     }
 }
 
-impl Firmware for StsFirmware {
+impl ServoFirmware for StsFirmware {
     fn period(&self) -> LocalDuration {
         PERIOD
     }
 
-    fn step(&mut self, registers: &mut Registers, measured: &Measured, _: u64) -> Bridge {
-        if !self.started {
-            self.started = true;
-            registers.set(r::TORQUE_LIMIT, registers.get(r::MAX_TORQUE_LIMIT));
-        }
+    fn step(
+        &mut self,
+        registers: &mut Registers,
+        measured: &ServoMeasurements,
+        _: u64,
+    ) -> BridgeCommand {
         let encoder = libm::rint(measured.angle / core::f64::consts::TAU * COUNTS + CENTRE);
+        let in_turn = |counts: f64| counts - libm::floor(counts / COUNTS) * COUNTS;
         if registers.get(r::TORQUE_ENABLE) == CALIBRATE {
-            registers.set(r::HOMING_OFFSET, whole(encoder - CENTRE));
+            registers.set(r::HOMING_OFFSET, whole(in_turn(encoder) - CENTRE));
             registers.set(r::TORQUE_ENABLE, 0);
         }
-        let position = encoder - f64::from(registers.get(r::HOMING_OFFSET));
+        let in_mode = registers.get(r::OPERATING_MODE);
+        let turning = encoder - f64::from(registers.get(r::HOMING_OFFSET));
+        let counts_turns = registers.get(r::PHASE) & COUNTS_TURNS != 0;
+        let shown = if counts_turns {
+            turning
+        } else {
+            in_turn(turning)
+        };
+        // A set-point that moves on and on is followed from turn to turn. ASSUMED.
+        let position = if in_mode == mode::SPEED {
+            turning
+        } else {
+            shown
+        };
         let velocity = measured.rate / core::f64::consts::TAU * COUNTS;
         Self::check_hardware(registers, measured);
         let runs = registers.get(r::TORQUE_ENABLE) == ON;
-        if runs != self.runs {
-            self.runs = runs;
+        if self.running != runs.then_some(in_mode) {
+            self.running = runs.then_some(in_mode);
             (self.set_point, self.set_rate) = (position, 0.0);
             (self.duty, self.overload) = (0.0, 0);
-            if runs {
-                // The goal is the position until another one is written. ASSUMED.
-                registers.set(r::GOAL_POSITION, whole(position));
-            } else {
+            if !runs {
                 registers.set(r::STATUS, registers.get(r::STATUS) & !status::OVERLOAD);
             }
         }
         let bridge = if runs {
-            let demanded = match registers.get(r::OPERATING_MODE) {
+            let demanded = match in_mode {
                 mode::PWM => f64::from(registers.get(r::GOAL_TIME)),
                 _ => self.position_loop(registers, position),
             };
             let limit = self.limit(registers);
             self.duty = demanded.clamp(-limit, limit);
-            Bridge::Duty(self.duty / FULL)
+            BridgeCommand::Duty(self.duty / FULL)
         } else {
             (self.set_point, self.duty) = (position, 0.0);
-            Bridge::Open
+            BridgeCommand::Open
         };
         let moving = velocity.abs() > f64::from(registers.get(r::MOVING_VELOCITY_THRESHOLD));
-        registers.set(r::PRESENT_POSITION, whole(position));
+        registers.set(r::PRESENT_POSITION, whole(shown));
         registers.set(r::PRESENT_VELOCITY, whole(velocity));
         registers.set(r::PRESENT_LOAD, whole(-self.duty));
         registers.set(r::PRESENT_VOLTAGE, whole(10.0 * measured.voltage));
@@ -231,7 +244,7 @@ impl Firmware for StsFirmware {
     }
 }
 
-/// Returns the nearest integer, within the range of a register.
+/// Returns the nearest integer of 32 bits.
 #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
 fn whole(value: f64) -> i32 {
     libm::rint(value) as i32

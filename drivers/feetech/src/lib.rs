@@ -3,12 +3,13 @@
 //! crate adds what differs: the control table as data ([`STS3215`]) and the firmware
 //! ([`StsFirmware`]).
 //!
-//! - Writes are not refused: values are limited, and answers report hardware errors alone. ASSUMED.
+//! - Writes are not refused: values are limited, and answers report hardware errors alone. A servo
+//!   does not answer damaged and unknown instructions. ASSUMED.
 //! - Writes to the EEPROM take effect at once, and are lost at a restart while the lock is on.
 //! - The return delay is constant: the register has no effect (manual of the series).
 //!
 //! ```
-//! use twinrig_dynamixel::{Protocol, Request, Responder, Span};
+//! use twinrig_dynamixel::{ProtocolVersion, Request, Responder, Span};
 //! use twinrig_feetech::STS3215;
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_wire::Piece;
@@ -17,7 +18,7 @@
 //! let mut servo = Responder::new(&STS3215, 1, byte_time);
 //! let mut request = Vec::new();
 //! let model = Span { address: 3, length: 2 };
-//! Request::Read(model).encode(Protocol::One, 1, &mut request)?;
+//! Request::Read(model).encode(ProtocolVersion::One, 1, &mut request)?;
 //! let first = SimTime::ZERO + byte_time;
 //! let piece = Piece { first, spacing: byte_time, bytes: &request, framing_error: false };
 //! servo.receive(piece);
@@ -29,8 +30,9 @@
 //! # Ok::<(), twinrig_dynamixel::PacketError>(())
 //! ```
 //!
-//! Out of scope: the SCS series, whose numbers have the high byte first; step mode; the gains `D`
-//! and `I` of the position and both of the speed, of which no source says the effect.
+//! Out of scope: the SCS series, whose numbers have the high byte first; step mode, bits 0 and 7 of
+//! the phase; the gains `D` and `I` of the position and both of the speed, of which no source says
+//! the effect.
 
 mod firmware;
 pub mod register;

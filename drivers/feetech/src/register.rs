@@ -12,6 +12,8 @@ pub const MAX_VOLTAGE_LIMIT: u16 = 14;
 pub const MIN_VOLTAGE_LIMIT: u16 = 15;
 /// Torque limit after a restart.
 pub const MAX_TORQUE_LIMIT: u16 = 16;
+/// Options: bits of the direction, of units, and whether positions count turns.
+pub const PHASE: u16 = 18;
 /// Hardware errors that release the motor.
 pub const UNLOADING_CONDITION: u16 = 19;
 /// Proportional gain of the position.

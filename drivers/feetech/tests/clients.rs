@@ -12,7 +12,7 @@ use std::thread;
 use serde_json::{Value, json};
 use twinrig_dynamixel::x::XL330_M288;
 use twinrig_dynamixel::{
-    BusConfig, JointSignals, Model, ReadPattern, Registers, ServoConfig, Span,
+    JointSignals, ReadPattern, Registers, ServoBusConfig, ServoConfig, ServoModel, Span,
 };
 use twinrig_feetech::STS3215;
 use twinrig_kernel::{BoardClock, SimDuration};
@@ -21,7 +21,7 @@ use twinrig_testing::python;
 use twinrig_testing::wired_harness::Joints;
 use twinrig_wire::{FaultSchedule, Pty, UsbPreset, UsbTiming};
 
-fn config(model: &'static Model) -> BusConfig {
+fn config(model: &'static ServoModel) -> ServoBusConfig {
     let servo = |id: u8| {
         let name = format!("joint{id}");
         ServoConfig {
@@ -37,7 +37,7 @@ fn config(model: &'static Model) -> BusConfig {
             name,
         }
     };
-    BusConfig {
+    ServoBusConfig {
         name: "bus".to_owned(),
         servos: (1..=3).map(servo).collect(),
         byte_time: SimDuration::from_micros(10),
@@ -52,7 +52,7 @@ fn config(model: &'static Model) -> BusConfig {
 }
 
 /// Serves servos of a model to a client, and returns what it prints.
-fn serve(model: &'static Model, client: &str, module: &str) -> Option<Value> {
+fn serve(model: &'static ServoModel, client: &str, module: &str) -> Option<Value> {
     let python = python::python(module)?;
     let config = config(model);
     let joints: Vec<String> = config
@@ -86,7 +86,7 @@ fn serve(model: &'static Model, client: &str, module: &str) -> Option<Value> {
 }
 
 /// The first registers at power-on, bit for bit.
-fn table(model: &'static Model, length: u16) -> Vec<u8> {
+fn table(model: &'static ServoModel, length: u16) -> Vec<u8> {
     let mut registers = Registers::new(model);
     registers.set(model.roles.id, 1);
     let mut bytes = Vec::new();

@@ -3,15 +3,15 @@ use twinrig_kernel::{HostTime, Port, SimDuration, Snapshot, SnapshotError, Unit}
 use twinrig_runtime::{BusHealth, Driver, DriverError};
 use twinrig_wire::{Diagnostics, TrafficError, TrafficLog};
 
-use crate::config::{BusConfig, ServoConfig};
-use crate::error::BusError;
+use crate::config::{ServoBusConfig, ServoConfig};
+use crate::error::ServoBusError;
 use crate::parser::{Parser, Received};
-use crate::protocol::{Packet, Protocol, Status};
+use crate::protocol::{Packet, ProtocolVersion, Status};
 
 mod session;
 mod transfer;
 
-use session::{Step, steps};
+use session::{Step, StepOutcome, steps};
 
 /// Number of attempts at each request when opening and closing.
 const ATTEMPTS: u32 = 3;
@@ -22,14 +22,16 @@ const ANSWER: u64 = 16;
 /// reads their positions once in a transfer, and turns the torque off at the end.
 ///
 /// For every servo its input is the command \[rad\], its output the measured angle \[rad\]. The
-/// output of a servo that does not answer keeps its last value.
+/// output of a servo that does not answer keeps its last value. An instruction to all servos is not
+/// answered: a goal that a servo refuses, because of its limits or its bus watchdog, is not
+/// noticed.
 ///
 /// Diagnostics, `BUS/…`, counted from the creation of the driver: `transfers`; `answers`; `lost`,
 /// servos that did not answer a read in time; `refused`, answers with an error; `damaged`, packets
 /// with a wrong checksum; `unexpected`, answers that nothing asked for; `saturated`, goals beyond a
 /// turn; `garbage`, bytes outside packets.
 pub struct DynamixelDriver {
-    config: BusConfig,
+    config: ServoBusConfig,
     /// Identifiers, and the reads of a bulk read.
     ids: Vec<u8>,
     reads: Vec<u8>,
@@ -79,12 +81,12 @@ struct Counters {
     saturated: u64,
 }
 
-impl BusConfig {
+impl ServoBusConfig {
     /// Returns the driver, which runs on the host.
     ///
     /// # Errors
-    /// [`BusError`] if the configuration is invalid.
-    pub fn driver(&self) -> Result<DynamixelDriver, BusError> {
+    /// [`ServoBusError`] if the configuration is invalid.
+    pub fn driver(&self) -> Result<DynamixelDriver, ServoBusError> {
         self.check()?;
         let count = self.servos.len();
         let protocol = self.protocol();
@@ -125,14 +127,20 @@ impl DynamixelDriver {
         self.state.until = Some(now + wait);
     }
 
+    /// Returns the present step of opening or closing, and its servo.
+    fn step(&self) -> Option<(usize, Step)> {
+        match self.state.stage {
+            Stage::Opening(index, step) => Some((index, steps(self.servo(index)).nth(step)?)),
+            Stage::Closing(index) => Some((index, Step::torque(self.servo(index), false))),
+            Stage::Closed | Stage::Open | Stage::Reading(_) => None,
+        }
+    }
+
     /// Begins the present step of opening or closing.
     fn request_step(&mut self, now: HostTime) {
-        let (index, step) = match self.state.stage {
-            Stage::Opening(index, step) => (index, steps(self.servo(index)).nth(step)),
-            Stage::Closing(index) => (index, Some(Step::torque(self.servo(index), false))),
-            _ => return,
+        let Some((index, step)) = self.step() else {
+            return;
         };
-        let Some(step) = step else { return };
         let id = self.servo(index).id;
         self.state.attempts += 1;
         // A step fits into a packet.
@@ -140,6 +148,30 @@ impl DynamixelDriver {
         let _ = step.request().encode(protocol, id, &mut self.state.tx);
         self.wait(now, 1, 4);
         self.state.traffic.request(Some(number(index)), now);
+    }
+
+    /// Repeats the present step of opening or closing; after the last attempt it fails.
+    fn repeat_step(&mut self, now: HostTime) {
+        let Some((index, _)) = self.step() else {
+            return;
+        };
+        if self.state.attempts < ATTEMPTS {
+            self.request_step(now);
+            return;
+        }
+        let ServoConfig { name, id, .. } = self.servo(index);
+        let why = if matches!(self.state.stage, Stage::Closing(_)) {
+            format!(
+                "{name} (id {id}) did not confirm any of {ATTEMPTS} instructions to turn its \
+                 torque off: it may still be on"
+            )
+        } else {
+            format!(
+                "{name} (id {id}) answered none of {ATTEMPTS} instructions: check power, cable, \
+                 baud rate and identifier"
+            )
+        };
+        self.fail_step(now, why);
     }
 
     /// Ends the present step of opening or closing, and begins the next one.
@@ -166,37 +198,49 @@ impl DynamixelDriver {
         self.request_step(now);
     }
 
-    fn fail(&mut self, why: String) {
-        self.state.failed = Some(why);
-        self.state.until = None;
-        self.state.stage = Stage::Closed;
+    /// Ends the opening, or turns off the torque of the other servos.
+    fn fail_step(&mut self, now: HostTime, why: String) {
+        self.state.failed.get_or_insert(why);
+        if matches!(self.state.stage, Stage::Closing(_)) {
+            self.end_step(now);
+        } else {
+            self.state.until = None;
+            self.state.stage = Stage::Closed;
+        }
     }
 
     /// Handles the answer of a servo to a step of opening or closing.
     fn handle_step(&mut self, now: HostTime, status: &Status<'_>) {
-        let (index, step) = match self.state.stage {
-            Stage::Opening(index, step) => (index, steps(self.servo(index)).nth(step)),
-            Stage::Closing(index) => (index, Some(Step::torque(self.servo(index), false))),
-            _ => return,
-        };
-        let servo = self.servo(index);
-        let Some(step) = step.filter(|_| status.id == servo.id) else {
-            self.state.counters.unexpected += 1;
+        let step = self.step();
+        let step = step.filter(|(index, _)| self.servo(*index).id == status.id);
+        let outcome = step.map(|(index, step)| (index, step.outcome(self.servo(index), status)));
+        let Some((index, outcome)) = outcome.filter(|(_, it)| *it != StepOutcome::Unexpected)
+        else {
+            self.count_unexpected(None, now);
             return;
         };
         self.state.traffic.answer(number(index), now);
         self.state.counters.answers += 1;
-        let servo = self.servo(index);
-        match step.check(servo, status) {
-            Ok(position) => {
-                if let Some(counts) = position {
-                    self.state.to_process[index] = servo.model.angle(counts);
-                    self.state.goals[index] = counts;
-                }
+        match outcome {
+            StepOutcome::Done | StepOutcome::Unexpected => self.end_step(now),
+            StepOutcome::Located(counts) => {
+                self.state.to_process[index] = self.servo(index).model.angle(counts);
+                self.state.goals[index] = counts;
                 self.end_step(now);
             }
-            Err(why) => self.fail(format!("{} (id {}): {why}", servo.name, servo.id)),
+            StepOutcome::Repeat => self.repeat_step(now),
+            StepOutcome::Failed(why) => {
+                let ServoConfig { name, id, .. } = self.servo(index);
+                let why = format!("{name} (id {id}): {why}");
+                self.fail_step(now, why);
+            }
         }
+    }
+
+    fn count_unexpected(&mut self, servo: Option<usize>, now: HostTime) {
+        self.state.counters.unexpected += 1;
+        let kind = TrafficError::Unexpected;
+        self.state.traffic.error(kind, servo.map(number), 1, now);
     }
 
     fn handle_packet(&mut self, now: HostTime, packet: &Packet<'_>) {
@@ -205,15 +249,11 @@ impl DynamixelDriver {
             (Stage::Opening(..) | Stage::Closing(_), Some(status)) => {
                 self.handle_step(now, &status);
             }
-            (Stage::Reading(_), Some(_)) if packet.id == Protocol::BROADCAST => {
+            (Stage::Reading(_), Some(_)) if packet.id == ProtocolVersion::BROADCAST => {
                 self.handle_fast(now, packet.parameters);
             }
             (Stage::Reading(_), Some(status)) => self.handle_read(now, &status),
-            _ => {
-                self.state.counters.unexpected += 1;
-                let kind = TrafficError::Unexpected;
-                self.state.traffic.error(kind, None, 1, now);
-            }
+            _ => self.count_unexpected(None, now),
         }
     }
 
@@ -253,6 +293,12 @@ impl Driver for DynamixelDriver {
         self.state.stage = if self.config.servos.is_empty() {
             Stage::Open
         } else {
+            let first = self.servo(0);
+            let protocol = self.config.protocol();
+            let step = Step::answer_all(first);
+            // A step fits into a packet.
+            let all = ProtocolVersion::BROADCAST;
+            let _ = step.request().encode(protocol, all, &mut self.state.tx);
             Stage::Opening(0, 0)
         };
         self.request_step(now);
@@ -325,24 +371,8 @@ impl Driver for DynamixelDriver {
             Stage::Opening(index, _) | Stage::Closing(index) => {
                 let kind = TrafficError::NoAnswer;
                 self.state.traffic.error(kind, Some(number(index)), 1, now);
-                if self.state.attempts < ATTEMPTS {
-                    self.state.parser.reset();
-                    self.request_step(now);
-                    return;
-                }
-                let ServoConfig { name, id, .. } = self.servo(index);
-                let why = if matches!(self.state.stage, Stage::Closing(_)) {
-                    format!(
-                        "{name} (id {id}) did not confirm any of {ATTEMPTS} instructions to turn \
-                         its torque off: it may still be on"
-                    )
-                } else {
-                    format!(
-                        "{name} (id {id}) answered none of {ATTEMPTS} instructions: check power, \
-                         cable, baud rate and identifier"
-                    )
-                };
-                self.fail(why);
+                self.state.parser.reset();
+                self.repeat_step(now);
             }
             Stage::Reading(_) => {
                 for servo in 0..self.config.servos.len() {
@@ -370,9 +400,10 @@ impl Driver for DynamixelDriver {
     }
 
     fn is_busy(&self) -> Result<bool, DriverError> {
-        match &self.state.failed {
-            Some(why) => Err(DriverError { why: why.clone() }),
-            None => Ok(!matches!(self.state.stage, Stage::Open | Stage::Closed)),
+        match (&self.state.failed, self.state.stage) {
+            // The first failure is reported when all servos have been told to turn off.
+            (Some(why), Stage::Closed) => Err(DriverError { why: why.clone() }),
+            (_, stage) => Ok(!matches!(stage, Stage::Open | Stage::Closed)),
         }
     }
 

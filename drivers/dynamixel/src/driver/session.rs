@@ -6,7 +6,7 @@ use crate::codes::ErrorNumber;
 use crate::config::ServoConfig;
 use crate::protocol::Status;
 use crate::request::{Request, Span};
-use crate::table::ReturnDelay;
+use crate::table::{Errors, ReturnDelay};
 
 /// Step of the preparation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +53,13 @@ pub(crate) fn steps(servo: &ServoConfig) -> impl Iterator<Item = Step> + '_ {
 }
 
 impl Step {
+    /// Lets servos answer all instructions. Servos that answer fewer would not confirm it, so it is
+    /// sent to all, which none answers.
+    pub(crate) fn answer_all(servo: &ServoConfig) -> Self {
+        let roles = &servo.model.roles;
+        Self::write(servo, roles.status_level, 2 - roles.status_offset)
+    }
+
     /// Greatest return delay of a servo that is not prepared yet: 254 units of 2 µs.
     pub(crate) const RETURN_DELAY: SimDuration = SimDuration::from_micros(508);
 
@@ -88,30 +95,28 @@ impl Step {
         }
     }
 
-    /// Checks the answer of a servo; returns its position, if that is what was read.
-    pub(crate) fn check(
-        &self,
-        servo: &ServoConfig,
-        status: &Status<'_>,
-    ) -> Result<Option<i32>, String> {
+    /// Returns the effect of an answer of the servo.
+    pub(crate) fn outcome(&self, servo: &ServoConfig, status: &Status<'_>) -> StepOutcome {
         let errors = servo.model.errors.of_byte(status.error);
-        if errors.hardware {
-            return Err(
-                "it reports a hardware error: read its register, remove the cause and \
-                        reboot it"
-                    .to_owned(),
-            );
+        let number = ErrorNumber(status.error & !ErrorNumber::ALERT);
+        if errors.refused && servo.model.errors == Errors::Numbers && number == ErrorNumber::CRC {
+            return StepOutcome::Repeat;
         }
         if errors.refused {
-            let error = ErrorNumber(status.error);
-            return Err(match self {
+            return StepOutcome::Failed(match self {
                 Self::Write { address, value, .. } => {
                     let item = servo.model.item(*address);
                     let name = item.map_or("a register", |item| item.name);
-                    format!("it refuses {value} as `{name}`: {error}")
+                    format!("it refuses {value} as `{name}`: {number}")
                 }
-                _ => format!("it refuses to be read: {error}"),
+                _ => format!("it refuses to be read: {number}"),
             });
+        }
+        // A servo with a hardware error still turns its torque off.
+        if errors.hardware && *self != Self::torque(servo, false) {
+            let why = "it reports a hardware error: read its register, remove the cause and \
+                       reboot it";
+            return StepOutcome::Failed(why.to_owned());
         }
         match self {
             Self::Identify(_) => {
@@ -119,22 +124,37 @@ impl Step {
                 let expected = expected.map_or(0, |item| item.initial);
                 match *status.data {
                     [low, high] if i32::from(u16::from_le_bytes([low, high])) == expected => {
-                        Ok(None)
+                        StepOutcome::Done
                     }
-                    [low, high] => Err(format!(
+                    [low, high] => StepOutcome::Failed(format!(
                         "it is of model {}, not {} ({expected})",
                         u16::from_le_bytes([low, high]),
                         servo.model.name
                     )),
-                    _ => Err("its answer has another length".to_owned()),
+                    _ => StepOutcome::Unexpected,
                 }
             }
-            Self::Locate(_) => servo
-                .model
-                .counts(status.data)
-                .map(Some)
-                .ok_or_else(|| "its answer has another length".to_owned()),
-            Self::Write { .. } => Ok(None),
+            Self::Locate(_) => match servo.model.counts(status.data) {
+                Some(counts) => StepOutcome::Located(counts),
+                None => StepOutcome::Unexpected,
+            },
+            Self::Write { .. } if status.data.is_empty() => StepOutcome::Done,
+            Self::Write { .. } => StepOutcome::Unexpected,
         }
     }
+}
+
+/// Effect of an answer on a step.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum StepOutcome {
+    /// The step is complete.
+    Done,
+    /// The step is complete, with the position.
+    Located(i32),
+    /// The instruction arrived damaged.
+    Repeat,
+    /// The answer is that to another instruction.
+    Unexpected,
+    /// The servo cannot be used, for this reason.
+    Failed(String),
 }

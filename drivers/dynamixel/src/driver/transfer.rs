@@ -5,7 +5,7 @@ use twinrig_wire::TrafficError;
 
 use super::{DynamixelDriver, Stage, number};
 use crate::config::{ReadPattern, ServoConfig};
-use crate::protocol::{Protocol, Status};
+use crate::protocol::{FastParts, ProtocolVersion, Status};
 use crate::request::{BulkReads, Request};
 
 impl DynamixelDriver {
@@ -27,7 +27,7 @@ impl DynamixelDriver {
         let goals = Request::SyncWrite { span, data };
         let _ = goals.encode(
             self.config.protocol(),
-            Protocol::BROADCAST,
+            ProtocolVersion::BROADCAST,
             &mut self.state.tx,
         );
         self.state.counters.transfers += 1;
@@ -44,16 +44,20 @@ impl DynamixelDriver {
             ReadPattern::Read => (Request::Read(span), ids[index], index..index + 1),
             ReadPattern::SyncRead => (
                 Request::SyncRead { span, ids },
-                Protocol::BROADCAST,
+                ProtocolVersion::BROADCAST,
                 0..ids.len(),
             ),
             ReadPattern::FastSyncRead => {
                 let request = Request::FastSyncRead { span, ids };
-                (request, Protocol::BROADCAST, 0..ids.len())
+                (request, ProtocolVersion::BROADCAST, 0..ids.len())
             }
             ReadPattern::BulkRead => {
                 let reads = BulkReads::new(protocol, &self.reads);
-                (Request::BulkRead(reads), Protocol::BROADCAST, 0..ids.len())
+                (
+                    Request::BulkRead(reads),
+                    ProtocolVersion::BROADCAST,
+                    0..ids.len(),
+                )
             }
         };
         // The number of servos is checked.
@@ -71,24 +75,25 @@ impl DynamixelDriver {
         let of_id = |servo: &ServoConfig| servo.id == status.id;
         let index = self.config.servos.iter().position(of_id);
         let Some(index) = index.filter(|index| self.state.missing[*index]) else {
-            self.state.counters.unexpected += 1;
-            let kind = TrafficError::Unexpected;
-            self.state.traffic.error(kind, index.map(number), 1, now);
+            self.count_unexpected(index, now);
             return;
         };
         let model = self.servo(index).model;
+        let refused = model.errors.of_byte(status.error).refused;
+        let counts = model.counts(status.data);
+        if !refused && counts.is_none() {
+            self.count_unexpected(Some(index), now);
+            return;
+        }
         self.state.missing[index] = false;
         self.state.counters.answers += 1;
         self.state.traffic.answer(number(index), now);
-        match model.counts(status.data) {
-            Some(counts) if !model.errors.of_byte(status.error).refused => {
-                self.state.to_process[index] = model.angle(counts);
-            }
-            _ => {
-                self.state.counters.refused += 1;
-                let kind = TrafficError::Refused;
-                self.state.traffic.error(kind, Some(number(index)), 1, now);
-            }
+        if let Some(counts) = counts.filter(|_| !refused) {
+            self.state.to_process[index] = model.angle(counts);
+        } else {
+            self.state.counters.refused += 1;
+            let kind = TrafficError::Refused;
+            self.state.traffic.error(kind, Some(number(index)), 1, now);
         }
         if !self.state.missing.contains(&true) {
             self.continue_reading(now);
@@ -109,16 +114,18 @@ impl DynamixelDriver {
         }
     }
 
-    /// Handles the common answer to a fast read: error, identifier, data and CRC of each servo.
-    pub(super) fn handle_fast(&mut self, now: HostTime, mut parameters: &[u8]) {
+    /// Handles the common answer to a fast read. A part is damaged where its own checksum is wrong:
+    /// servos behind it have computed theirs over the bytes that they received.
+    pub(super) fn handle_fast(&mut self, now: HostTime, parameters: &[u8]) {
         let length = usize::from(self.servo(0).model.present().length);
-        while let [error, id, rest @ ..] = parameters {
-            let Some((data, behind)) = rest.split_at_checked(length) else {
-                break;
-            };
-            let (id, error) = (*id, *error);
-            self.handle_read(now, &Status { id, error, data });
-            parameters = behind.get(2..).unwrap_or_default();
+        for part in FastParts::new(parameters, length) {
+            if let Some(status) = part {
+                self.handle_read(now, &status);
+            } else {
+                self.state.counters.damaged += 1;
+                let kind = TrafficError::Checksum;
+                self.state.traffic.error(kind, None, 1, now);
+            }
         }
     }
 }

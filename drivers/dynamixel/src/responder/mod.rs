@@ -6,10 +6,10 @@ use twinrig_wire::Piece;
 
 use crate::codes::{ErrorNumber, Instruction};
 use crate::parser::{Parser, Received};
-use crate::protocol::{Packet, Protocol, Status};
+use crate::protocol::{Packet, ProtocolVersion, Status};
 use crate::registers::Registers;
 use crate::request::{Kept, Request, Span, bulk_of_servo, of_servo};
-use crate::table::{Model, ReturnDelay};
+use crate::table::{Errors, ReturnDelay, ServoModel};
 
 mod turns;
 
@@ -51,6 +51,8 @@ pub struct Responder {
     turn: Option<Turn>,
     /// Bytes of a common answer to which this servo adds a part.
     common: Vec<u8>,
+    /// Time of the answer to a ping to all, until another instruction comes.
+    slot: Option<SimTime>,
     /// Whether turns are to be forgotten, and whether the servo has restarted.
     clears_turns: bool,
     restarts: bool,
@@ -66,7 +68,7 @@ pub struct Responder {
 /// Counters of a servo's side of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ResponderCounters {
-    /// Instructions executed, those to all servos included.
+    /// Instructions received, those to all servos and refused ones included.
     pub instructions: u64,
     /// Answers.
     pub answers: u64,
@@ -86,6 +88,7 @@ struct Saved {
     registered: Option<(u16, Vec<u8>)>,
     turn: Option<Turn>,
     common: Vec<u8>,
+    slot: Option<SimTime>,
     clears_turns: bool,
     restarts: bool,
     pending: VecDeque<(SimTime, usize)>,
@@ -96,7 +99,7 @@ struct Saved {
 
 impl Responder {
     /// Creates the side of a servo with this identifier on a bus where a byte takes `byte_time`.
-    pub fn new(model: &'static Model, id: u8, byte_time: SimDuration) -> Self {
+    pub fn new(model: &'static ServoModel, id: u8, byte_time: SimDuration) -> Self {
         let mut registers = Registers::new(model);
         registers.set(model.roles.id, id.into());
         Self {
@@ -107,6 +110,7 @@ impl Responder {
             registered: None,
             turn: None,
             common: Vec::new(),
+            slot: None,
             clears_turns: false,
             restarts: false,
             pending: VecDeque::new(),
@@ -147,7 +151,7 @@ impl Responder {
         std::mem::take(&mut self.restarts)
     }
 
-    fn protocol(&self) -> Protocol {
+    fn protocol(&self) -> ProtocolVersion {
         self.registers.model().protocol
     }
 
@@ -171,15 +175,15 @@ impl Responder {
             self.turn = None;
         }
         let forgotten = match self.protocol() {
-            Protocol::One => SILENCE_ONE,
-            Protocol::Two => SILENCE,
+            ProtocolVersion::One => SILENCE_ONE,
+            ProtocolVersion::Two => SILENCE,
         };
         if silence > forgotten {
             self.parser.reset();
         }
         self.heard = Some(piece.last());
         if let Some(Turn {
-            after: After::Bytes(_),
+            after: After::Bytes(..),
             ..
         }) = &self.turn
         {
@@ -192,7 +196,7 @@ impl Responder {
     pub fn missing(&self) -> usize {
         let of_answer = match &self.turn {
             Some(Turn {
-                after: After::Bytes(count),
+                after: After::Bytes(count, _),
                 ..
             }) => count.saturating_sub(self.common.len()).max(1),
             _ => usize::MAX,
@@ -202,6 +206,10 @@ impl Responder {
 
     /// Handles the packets that are complete at `now`.
     pub fn handle(&mut self, now: SimTime) {
+        if let Some(slot) = self.slot.filter(|slot| *slot <= now) {
+            self.slot = None;
+            self.answer_ping(slot, false);
+        }
         self.continue_fast(now);
         // The parser is moved out while its packets are handled.
         let empty = Parser::new(self.protocol());
@@ -217,29 +225,35 @@ impl Responder {
 
     fn handle_damaged(&mut self, now: SimTime, id: u8) {
         let own = id == self.id();
-        self.counters.damaged += u64::from(own || id == Protocol::BROADCAST);
-        if own {
+        self.counters.damaged += u64::from(own || id == ProtocolVersion::BROADCAST);
+        if own && self.reports_refusals() {
             self.answer(now, ErrorNumber::CRC, false);
         }
     }
 
     fn handle_packet(&mut self, now: SimTime, packet: &Packet<'_>) {
         let protocol = self.protocol();
-        if packet.id == self.id() || packet.id == Protocol::BROADCAST {
-            if protocol == Protocol::Two && packet.code == Instruction::STATUS.0 {
+        if packet.id == self.id() || packet.id == ProtocolVersion::BROADCAST {
+            if protocol == ProtocolVersion::Two && packet.code == Instruction::STATUS.0 {
                 return;
             }
-            self.turn = None;
-            let to_all = packet.id == Protocol::BROADCAST;
+            (self.turn, self.slot) = (None, None);
+            let to_all = packet.id == ProtocolVersion::BROADCAST;
             self.counters.instructions += 1;
-            match Request::decode(protocol, packet) {
+            let lacks = self.registers.model().lacks;
+            let request = if lacks.contains(&Instruction(packet.code)) {
+                Err(ErrorNumber::INSTRUCTION)
+            } else {
+                Request::decode(protocol, packet)
+            };
+            match request {
                 Ok(request) => self.execute(now, request, to_all),
                 Err(error) => self.refuse(now, error, to_all),
             }
             return;
         }
         // Protocol 1.0 does not tell instructions from answers.
-        let is_answer = protocol == Protocol::One || packet.code == Instruction::STATUS.0;
+        let is_answer = protocol == ProtocolVersion::One || packet.code == Instruction::STATUS.0;
         if !is_answer {
             self.turn = None;
         } else if let Some(turn) = &self.turn
@@ -284,6 +298,8 @@ impl Responder {
                 self.confirm(now, Ok(()), to_all);
                 if !refused {
                     self.registers.factory_reset(kept);
+                    self.registered = None;
+                    self.restarts = true;
                 }
             }
             Request::Reboot => {
@@ -333,23 +349,28 @@ impl Responder {
         }
     }
 
+    /// Answers a ping: at once, or in the slot of this identifier.
     fn answer_ping(&mut self, now: SimTime, to_all: bool) {
+        if to_all {
+            let slot = (self.byte_time * PING_BYTES + PING_PAUSE) * u64::from(self.id());
+            self.slot = Some(now + slot);
+            return;
+        }
         let roles = self.registers.model().roles;
         self.data.clear();
-        if self.protocol() == Protocol::Two {
+        if self.protocol() == ProtocolVersion::Two {
             for (address, length) in [(roles.model, 2), (roles.firmware, 1)] {
                 // Both are in the table.
-                let _ = self
-                    .registers
-                    .read(Span { address, length }, &mut self.data);
+                let span = Span { address, length };
+                let _ = self.registers.read(span, &mut self.data);
             }
         }
-        let slot = if to_all {
-            (self.byte_time * PING_BYTES + PING_PAUSE) * u64::from(self.id())
-        } else {
-            SimDuration::ZERO
-        };
-        self.transmit(now + slot, ErrorNumber::OK);
+        self.transmit(now, ErrorNumber::OK);
+    }
+
+    /// Returns the time of the next call of [`Responder::handle`] that is required without bytes.
+    pub fn next_wake(&self) -> Option<SimTime> {
+        self.slot
     }
 
     fn answer_read(&mut self, now: SimTime, span: Span) {
@@ -359,7 +380,9 @@ impl Responder {
             Err(error) => {
                 self.counters.refused += 1;
                 self.data.clear();
-                self.answer_data(now, error);
+                if self.reports_refusals() {
+                    self.answer_data(now, error);
+                }
             }
         }
     }
@@ -381,7 +404,15 @@ impl Responder {
 
     fn refuse(&mut self, now: SimTime, error: ErrorNumber, to_all: bool) {
         self.counters.refused += 1;
-        self.answer(now, error, to_all);
+        if self.reports_refusals() {
+            self.answer(now, error, to_all);
+        }
+    }
+
+    /// Whether answers have errors of instructions. A servo without does not answer what it does
+    /// not execute. ASSUMED.
+    fn reports_refusals(&self) -> bool {
+        self.registers.model().errors != Errors::Hardware
     }
 
     fn answer(&mut self, now: SimTime, error: ErrorNumber, to_all: bool) {
@@ -465,6 +496,7 @@ impl Responder {
             registered: self.registered.clone(),
             turn: self.turn.clone(),
             common: self.common.clone(),
+            slot: self.slot,
             clears_turns: self.clears_turns,
             restarts: self.restarts,
             pending: self.pending.clone(),
@@ -486,6 +518,7 @@ impl Responder {
         (self.turn, self.common) = (saved.turn, saved.common);
         (self.pending, self.bytes) = (saved.pending, saved.bytes);
         self.transmitted = saved.transmitted;
+        self.slot = saved.slot;
         (self.clears_turns, self.restarts) = (saved.clears_turns, saved.restarts);
         self.counters = saved.counters;
         Ok(())

@@ -5,7 +5,7 @@ use twinrig_kernel::SimTime;
 
 use super::Responder;
 use crate::codes::ErrorNumber;
-use crate::protocol::{FastAnswer, Status, append_fast_part};
+use crate::protocol::{FastAnswer, Status, append_fast_part, is_beginning_of_fast_answer};
 use crate::request::Span;
 
 /// Pending answer of a servo that is not the first one to answer.
@@ -27,8 +27,8 @@ impl Turn {
 pub(super) enum After {
     /// The answer of this servo.
     Answer(u8),
-    /// So many bytes of the common answer.
-    Bytes(usize),
+    /// So many bytes of the common answer, which has this length in all.
+    Bytes(usize, usize),
 }
 
 impl Responder {
@@ -75,7 +75,7 @@ impl Responder {
                 self.common.clear();
                 self.turn = Some(Turn {
                     span: (span.address, span.length),
-                    after: After::Bytes(before.length()),
+                    after: After::Bytes(before.length(), answer.length()),
                 });
             }
         }
@@ -84,9 +84,14 @@ impl Responder {
     /// Continues the common answer to a fast read when the parts before are complete.
     pub(super) fn continue_fast(&mut self, now: SimTime) {
         let Some(turn) = &self.turn else { return };
-        let After::Bytes(count) = turn.after else {
+        let After::Bytes(count, all) = turn.after else {
             return;
         };
+        // Where other bytes come, nobody answers: they are the next instruction.
+        if !is_beginning_of_fast_answer(&self.common, all) {
+            self.turn = None;
+            return;
+        }
         if self.common.len() < count {
             return;
         }

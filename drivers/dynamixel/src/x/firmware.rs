@@ -11,16 +11,19 @@
 //! | profiles, slope of the duty cycle, bus watchdog, shutdown | documented, not compared |
 //!
 //! The unit of the duty cycle is that of its register: 885 are 100 %. The manual gives the
-//! controller's gain as `K/128`; logs of a real servo show `K/256` of the error in counts, so that
-//! the other documented gains are halved, too.
+//! controller's gain as `K/128`; logs of a real servo show `K/256` of the error in counts. That the
+//! other documented gains are half of the manual's, too, is ASSUMED.
+//!
+//! Registers without effect: bits 2 and 3 of the drive mode (time-based profile, torque on by a
+//! goal), startup configuration, moving status, LED.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};
 
 use super::register as r;
-use crate::firmware::{Bridge, Firmware, Measured};
+use crate::firmware::{BridgeCommand, ServoFirmware, ServoMeasurements};
 use crate::registers::Registers;
-use crate::table::Roles;
+use crate::table::CommonRegisters;
 
 /// Period of the loops. ASSUMED.
 const PERIOD: LocalDuration = LocalDuration::from_nanos(1_000_000);
@@ -77,7 +80,9 @@ pub struct XFirmware {
     /// Duty cycle.
     pwm: f64,
     /// Counts by which the position differs from that of the encoder: whole turns.
-    turns: i32,
+    turns: f64,
+    /// Whether the position is to be within one turn, as at power-on.
+    wraps: bool,
     ticks: u64,
     /// Periods without an instruction, and the number of instructions before.
     silence: i32,
@@ -104,7 +109,8 @@ impl Default for XFirmware {
             set_rate: 0.0,
             integral: 0.0,
             pwm: 0.0,
-            turns: 0,
+            turns: 0.0,
+            wraps: true,
             ticks: 0,
             silence: 0,
             instructions: 0,
@@ -114,15 +120,30 @@ impl Default for XFirmware {
 }
 
 impl XFirmware {
+    /// Forgets whole turns, also of goal and set-point: at power-on, when position control begins,
+    /// and by an instruction (manual, "Homing Offset" and "Present Position"; that goal and
+    /// set-point follow is ASSUMED).
+    fn wrap(&mut self, registers: &mut Registers, encoder: f64) {
+        self.wraps = false;
+        let turns = -libm::floor(encoder / COUNTS) * COUNTS;
+        let change = turns - self.turns;
+        self.turns = turns;
+        if change != 0.0 {
+            self.set_point += change;
+            registers.set(
+                r::GOAL_POSITION,
+                registers
+                    .get(r::GOAL_POSITION)
+                    .saturating_add(whole(change)),
+            );
+        }
+    }
+
     /// Begins to run in another mode: the profile begins at the position.
-    fn restart(&mut self, registers: &mut Registers, position: f64, running: Option<i32>) {
+    fn enter_mode(&mut self, position: f64, running: Option<i32>) {
         self.running = running;
         (self.set_point, self.set_rate) = (position, 0.0);
         (self.integral, self.overload) = (0.0, 0);
-        if running.is_some() {
-            // The goal is the position until another one is written. ASSUMED.
-            registers.set(r::GOAL_POSITION, whole(position));
-        }
     }
 
     /// Returns the duty cycle that the loops of a mode demand.
@@ -245,7 +266,12 @@ impl XFirmware {
     }
 
     /// Shuts the servo down, if an error is found that it watches for.
-    fn check_hardware(&mut self, registers: &mut Registers, measured: &Measured, velocity: f64) {
+    fn check_hardware(
+        &mut self,
+        registers: &mut Registers,
+        measured: &ServoMeasurements,
+        velocity: f64,
+    ) {
         let decivolts = libm::rint(10.0 * measured.voltage);
         let [low, high] = [r::MIN_VOLTAGE_LIMIT, r::MAX_VOLTAGE_LIMIT].map(|it| registers.get(it));
         let mut found = 0;
@@ -255,7 +281,8 @@ impl XFirmware {
         if measured.temperature > f64::from(registers.get(r::TEMPERATURE_LIMIT)) {
             found |= hardware_error::OVERHEATING;
         }
-        let at_limit = self.pwm.abs() >= f64::from(registers.get(r::PWM_LIMIT));
+        let limit = f64::from(registers.get(r::PWM_LIMIT));
+        let at_limit = self.running.is_some() && limit > 0.0 && self.pwm.abs() >= limit;
         let stalls = at_limit && velocity.abs() < VELOCITY;
         self.overload = if stalls { self.overload + 1 } else { 0 };
         if self.overload > OVERLOAD {
@@ -279,9 +306,15 @@ impl XFirmware {
         let watchdog = registers.get(r::BUS_WATCHDOG);
         let enabled = registers.get(r::TORQUE_ENABLE) != 0;
         if (1..=127).contains(&watchdog) && enabled && self.silence > watchdog * WATCHDOG {
-            registers.set(r::BUS_WATCHDOG, Roles::SILENCE);
+            registers.set(r::BUS_WATCHDOG, CommonRegisters::SILENCE);
             registers.set(r::GOAL_VELOCITY, 0);
             registers.set(r::GOAL_POSITION, registers.get(r::PRESENT_POSITION));
+            // In the other modes these are limits.
+            match registers.get(r::OPERATING_MODE) {
+                mode::PWM => registers.set(r::GOAL_PWM, 0),
+                mode::CURRENT => registers.set(r::GOAL_CURRENT, 0),
+                _ => {}
+            }
             registers.set(r::PROFILE_ACCELERATION, 0);
             registers.set(r::PROFILE_VELOCITY, 0);
         }
@@ -293,7 +326,7 @@ impl XFirmware {
         position: f64,
         velocity: f64,
         current: f64,
-        measured: &Measured,
+        measured: &ServoMeasurements,
     ) {
         let velocity = libm::rint(velocity / VELOCITY);
         let threshold = f64::from(registers.get(r::MOVING_THRESHOLD));
@@ -311,23 +344,21 @@ impl XFirmware {
     }
 }
 
-impl Firmware for XFirmware {
+impl ServoFirmware for XFirmware {
     fn period(&self) -> LocalDuration {
         PERIOD
     }
 
-    fn clear_turns(&mut self, registers: &Registers) {
-        let position = registers.get(r::PRESENT_POSITION) - registers.get(r::HOMING_OFFSET);
-        let turns = libm::floor(f64::from(position) / COUNTS) * COUNTS;
-        self.turns -= whole(turns);
+    fn clear_turns(&mut self) {
+        self.wraps = true;
     }
 
     fn step(
         &mut self,
         registers: &mut Registers,
-        measured: &Measured,
+        measured: &ServoMeasurements,
         instructions: u64,
-    ) -> Bridge {
+    ) -> BridgeCommand {
         self.ticks += 1;
         let sign = if registers.get(r::DRIVE_MODE) & 1 == 0 {
             1.0
@@ -336,23 +367,28 @@ impl Firmware for XFirmware {
         };
         let encoder = libm::rint(sign * measured.angle / core::f64::consts::TAU * COUNTS) + CENTRE;
         let offset = f64::from(registers.get(r::HOMING_OFFSET));
-        let position = encoder + f64::from(self.turns) + offset;
+        let enabled = registers.get(r::TORQUE_ENABLE) != 0;
+        let in_mode = registers.get(r::OPERATING_MODE);
+        let enters = self.running != enabled.then_some(in_mode);
+        if self.wraps || enters && in_mode == mode::POSITION {
+            self.wrap(registers, encoder);
+        }
+        let position = encoder + self.turns + offset;
         let velocity = sign * measured.rate / core::f64::consts::TAU * COUNTS;
         let current = sign * measured.current;
         self.check_hardware(registers, measured, velocity);
         self.watch_bus(registers, instructions);
         let enabled = registers.get(r::TORQUE_ENABLE) != 0;
-        let in_mode = registers.get(r::OPERATING_MODE);
         if self.running != enabled.then_some(in_mode) {
-            self.restart(registers, position, enabled.then_some(in_mode));
+            self.enter_mode(position, enabled.then_some(in_mode));
         }
         let bridge = if enabled {
             let goal = self.duty(registers, in_mode, position, velocity, current);
             self.approach(registers, goal, measured.voltage);
-            Bridge::Duty(sign * self.pwm / FULL)
+            BridgeCommand::Duty(sign * self.pwm / FULL)
         } else {
             (self.set_point, self.set_rate, self.pwm) = (position, 0.0, 0.0);
-            Bridge::Open
+            BridgeCommand::Open
         };
         self.report(registers, position, velocity, current, measured);
         bridge
@@ -368,7 +404,7 @@ impl Firmware for XFirmware {
     }
 }
 
-/// Returns the nearest integer, within the range of a register.
+/// Returns the nearest integer of 32 bits.
 #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
 fn whole(value: f64) -> i32 {
     libm::rint(value) as i32

@@ -1,10 +1,10 @@
 //! The inner loops: the duty cycle against logs of a real servo, and the other modes as documented.
 
 use twinrig_dynamixel::x::{XFirmware, XL330_M288, register as r};
-use twinrig_dynamixel::{Bridge, Firmware, Measured, Registers};
+use twinrig_dynamixel::{BridgeCommand, Registers, ServoFirmware, ServoMeasurements};
 
 /// 5 V, room temperature.
-const AT_REST: Measured = Measured {
+const AT_REST: ServoMeasurements = ServoMeasurements {
     angle: 0.0,
     rate: 0.0,
     current: 0.0,
@@ -12,13 +12,15 @@ const AT_REST: Measured = Measured {
     temperature: 25.0,
 };
 
-/// Registers with torque on in a mode, and some other values.
+/// Registers of a servo at rest with torque on in a mode, and some other values.
 fn registers(mode: i32, values: &[(u16, i32)]) -> Registers {
     let mut registers = Registers::new(&XL330_M288);
-    for &(address, value) in [(r::OPERATING_MODE, mode), (r::TORQUE_ENABLE, 1)]
-        .iter()
-        .chain(values)
-    {
+    registers
+        .write(r::OPERATING_MODE, &mode.to_le_bytes()[..1])
+        .unwrap();
+    XFirmware::default().step(&mut registers, &AT_REST, 0);
+    registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
+    for &(address, value) in values {
         registers.set(address, value);
     }
     registers
@@ -31,7 +33,7 @@ fn settled(registers: &mut Registers, goal: (u16, i32), periods: u32) -> f64 {
     registers.set(goal.0, goal.1);
     let mut duty = 0.0;
     for _ in 0..periods {
-        if let Bridge::Duty(found) = firmware.step(registers, &AT_REST, 0) {
+        if let BridgeCommand::Duty(found) = firmware.step(registers, &AT_REST, 0) {
             duty = 885.0 * found;
         }
     }
@@ -89,7 +91,7 @@ mod logs {
             }
             let share = (later / (next.time - sample.time)).min(1.0);
             let angle = sample.position + share * (next.position - sample.position);
-            let measured = Measured {
+            let measured = ServoMeasurements {
                 angle,
                 voltage: 7.3,
                 ..AT_REST
@@ -153,7 +155,7 @@ mod logs {
 #[test]
 fn torque_off_opens_the_bridge_and_reports_measurements() {
     let mut registers = registers(3, &[(r::TORQUE_ENABLE, 0)]);
-    let measured = Measured {
+    let measured = ServoMeasurements {
         angle: 0.5,
         rate: -2.0,
         current: 0.1,
@@ -161,7 +163,7 @@ fn torque_off_opens_the_bridge_and_reports_measurements() {
         temperature: 30.4,
     };
     let bridge = XFirmware::default().step(&mut registers, &measured, 0);
-    assert_eq!(bridge, Bridge::Open);
+    assert_eq!(bridge, BridgeCommand::Open);
     // 2048 + 0.5/2π · 4096; −2 rad/s of 0.02398 rad/s; mA; 0.1 V; °C.
     for (address, expected) in [
         (r::PRESENT_POSITION, 2_374),
@@ -252,7 +254,7 @@ fn velocity_and_current_loops_approach_their_goals() {
         let mut measured = AT_REST;
         registers.set(goal.0, goal.1);
         for _ in 0..5_000 {
-            let Bridge::Duty(duty) = firmware.step(&mut registers, &measured, 0) else {
+            let BridgeCommand::Duty(duty) = firmware.step(&mut registers, &measured, 0) else {
                 panic!("the torque is on");
             };
             measured.current = (5.0 * duty - 0.3 * measured.rate) / 3.4;
@@ -283,22 +285,77 @@ fn silence_of_the_bus_stops_the_servo() {
     assert_eq!(registers.get(r::BUS_WATCHDOG), 0xff);
 }
 
+/// Also where the goal is a duty cycle or a current.
+#[test]
+fn silence_of_the_bus_ends_duty_cycles_and_currents() {
+    for (mode, goal) in [(16, r::GOAL_PWM), (0, r::GOAL_CURRENT)] {
+        let mut registers = registers(mode, &[(goal, 500), (r::BUS_WATCHDOG, 2)]);
+        let mut firmware = XFirmware::default();
+        let mut duty = 0.0;
+        for period in 0..200 {
+            let measured = ServoMeasurements {
+                current: duty,
+                ..AT_REST
+            };
+            let bridge = firmware.step(&mut registers, &measured, 0);
+            if let BridgeCommand::Duty(found) = bridge {
+                duty = found;
+            }
+            assert!(period != 30 || duty > 0.1, "mode {mode}: {duty}");
+        }
+        assert_eq!(registers.get(r::BUS_WATCHDOG), 0xff);
+        assert!(duty.abs() < 1e-3, "mode {mode}: {duty}");
+    }
+}
+
+/// At power-on, and when position control begins, the position is within one turn; in extended
+/// position control it counts turns.
+#[test]
+fn positions_are_within_one_turn_where_they_should_be() {
+    let far = ServoMeasurements {
+        angle: 4.0,
+        ..AT_REST
+    };
+    // 4/2π · 4096, and the middle.
+    let counts = 2_608 + 2_048;
+    for (mode, expected) in [(3, counts - 4_096), (4, counts)] {
+        let mut registers = Registers::new(&XL330_M288);
+        registers.write(r::OPERATING_MODE, &[mode]).unwrap();
+        let mut firmware = XFirmware::default();
+        firmware.step(&mut registers, &AT_REST, 0);
+        firmware.step(&mut registers, &far, 0);
+        registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
+        let bridge = firmware.step(&mut registers, &far, 0);
+        assert_eq!(bridge, BridgeCommand::Duty(0.0));
+        let found = [r::PRESENT_POSITION, r::GOAL_POSITION].map(|it| registers.get(it));
+        assert_eq!(found, [expected; 2]);
+        firmware.clear_turns();
+        let bridge = firmware.step(&mut registers, &far, 0);
+        assert_eq!(bridge, BridgeCommand::Duty(0.0));
+        assert_eq!(registers.get(r::PRESENT_POSITION), counts - 4_096);
+    }
+}
+
 #[test]
 fn supply_outside_of_its_limits_shuts_the_servo_down_until_it_restarts() {
     let mut registers = registers(3, &[]);
     let mut firmware = XFirmware::default();
-    let low = Measured {
+    let low = ServoMeasurements {
         voltage: 3.4,
         ..AT_REST
     };
-    assert_eq!(firmware.step(&mut registers, &low, 0), Bridge::Open);
-    registers.set(r::TORQUE_ENABLE, 1);
-    assert_eq!(firmware.step(&mut registers, &AT_REST, 0), Bridge::Open);
-    registers.restart();
+    assert_eq!(firmware.step(&mut registers, &low, 0), BridgeCommand::Open);
     registers.set(r::TORQUE_ENABLE, 1);
     assert_eq!(
         firmware.step(&mut registers, &AT_REST, 0),
-        Bridge::Duty(0.0)
+        BridgeCommand::Open
+    );
+    registers.restart();
+    firmware.step(&mut registers, &AT_REST, 0);
+    registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
+    assert_eq!(
+        firmware.step(&mut registers, &AT_REST, 0),
+        BridgeCommand::Duty(0.0)
     );
 }
 

@@ -1,7 +1,9 @@
 //! The examples of the manual of protocol 2.0 (emanual.robotis.com, docs/en/dxl/protocol2), byte
 //! for byte. Where it prints a wrong checksum, that is said.
 
-use twinrig_dynamixel::{BulkReads, ErrorNumber, Kept, Packet, Protocol, Request, Span, Status};
+use twinrig_dynamixel::{
+    BulkReads, ErrorNumber, Kept, Packet, ProtocolVersion, Request, Span, Status,
+};
 
 use crate::support::{Line, servo_with};
 
@@ -15,15 +17,17 @@ fn hex(text: &str) -> Vec<u8> {
 
 fn assert_is(request: Request<'_>, id: u8, text: &str) {
     let mut bytes = Vec::new();
-    request.encode(Protocol::Two, id, &mut bytes).unwrap();
+    request
+        .encode(ProtocolVersion::Two, id, &mut bytes)
+        .unwrap();
     assert_eq!(bytes, hex(text), "{request:?}");
     let mut buffer = Vec::new();
-    let packet = Protocol::Two.decode(&bytes, &mut buffer).unwrap();
+    let packet = ProtocolVersion::Two.decode(&bytes, &mut buffer).unwrap();
     assert_eq!(packet.id, id);
-    assert_eq!(Request::decode(Protocol::Two, &packet), Ok(request));
+    assert_eq!(Request::decode(ProtocolVersion::Two, &packet), Ok(request));
 }
 
-const ALL: u8 = Protocol::BROADCAST;
+const ALL: u8 = ProtocolVersion::BROADCAST;
 
 #[test]
 fn instructions_are_those_of_the_manual() {
@@ -76,11 +80,11 @@ fn instructions_are_those_of_the_manual() {
     );
     let mut reads = Vec::new();
     for (id, span) in [(1, span(144, 2)), (2, span(146, 1))] {
-        BulkReads::append(Protocol::Two, id, span, &mut reads).unwrap();
+        BulkReads::append(ProtocolVersion::Two, id, span, &mut reads).unwrap();
     }
     let text = "FF FF FD 00 FE 0D 00 92 01 90 00 02 00 02 92 00 01 00 1A 05";
     assert_is(
-        Request::BulkRead(BulkReads::new(Protocol::Two, &reads)),
+        Request::BulkRead(BulkReads::new(ProtocolVersion::Two, &reads)),
         ALL,
         text,
     );
@@ -122,11 +126,13 @@ fn answers_are_those_of_the_manual() {
     ] {
         let status = Status { id, error, data };
         let mut bytes = Vec::new();
-        Protocol::Two.encode_status(&status, &mut bytes).unwrap();
+        ProtocolVersion::Two
+            .encode_status(&status, &mut bytes)
+            .unwrap();
         assert_eq!(bytes, hex(text));
         let mut buffer = Vec::new();
-        let packet = Protocol::Two.decode(&bytes, &mut buffer).unwrap();
-        assert_eq!(packet.status(Protocol::Two), Some(status));
+        let packet = ProtocolVersion::Two.decode(&bytes, &mut buffer).unwrap();
+        assert_eq!(packet.status(ProtocolVersion::Two), Some(status));
     }
 }
 
@@ -157,14 +163,14 @@ fn parts_of_a_fast_bulk_read_are_those_of_the_manual() {
     let mut reads = Vec::new();
     for (id, address, length) in [(3, 132, 4), (7, 124, 2), (4, 146, 1)] {
         let span = Span { address, length };
-        BulkReads::append(Protocol::Two, id, span, &mut reads).unwrap();
+        BulkReads::append(ProtocolVersion::Two, id, span, &mut reads).unwrap();
     }
     let parts = [
         "FF FF FD 00 FE 14 00 55 00 03 A6 00 00 00 67 A4",
         "00 07 A5 01 24 74",
         "00 04 1F D9 C1",
     ];
-    let request = Request::FastBulkRead(BulkReads::new(Protocol::Two, &reads));
+    let request = Request::FastBulkRead(BulkReads::new(ProtocolVersion::Two, &reads));
     let others = [(7, 124, 0x01a5), (4, 146, 0x1f)];
     assert_eq!(
         fast_answers(request, &[(3, 166), (7, 0), (4, 0)], &others),
@@ -195,7 +201,7 @@ fn unknown_and_malformed_instructions_are_refused_by_number() {
             code,
             parameters,
         };
-        Request::decode(Protocol::Two, &packet).unwrap_err()
+        Request::decode(ProtocolVersion::Two, &packet).unwrap_err()
     };
     assert_eq!(decode(0x77, &[]), ErrorNumber::INSTRUCTION);
     assert_eq!(decode(0x02, &[1, 0, 4]), ErrorNumber::DATA_LENGTH);

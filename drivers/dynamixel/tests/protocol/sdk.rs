@@ -5,7 +5,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use twinrig_dynamixel::{BulkReads, Kept, Parser, Protocol, Received, Request, Span, Status};
+use twinrig_dynamixel::{
+    BulkReads, Kept, Parser, ProtocolVersion, Received, Request, Span, Status,
+};
 use twinrig_kernel::{Stream, stream};
 use twinrig_testing::python;
 
@@ -36,11 +38,23 @@ impl Random {
     }
 }
 
+/// Appends the argument of protocol 2.0 that selects fast reads.
+fn with_fast(mut call: Value, two: bool) -> Value {
+    if let (Value::Array(arguments), true) = (&mut call, two) {
+        arguments.push(json!(false));
+    }
+    call
+}
+
 /// Returns a call of the library, and the packet that it should transmit.
-fn call(library: &str, protocol: Protocol, random: &mut Random) -> (Value, Vec<u8>) {
+fn call(library: &str, protocol: ProtocolVersion, random: &mut Random) -> (Value, Vec<u8>) {
     let mut bytes = Vec::new();
     let id = random.id();
-    let most = if protocol == Protocol::Two { 600 } else { 255 };
+    let most = if protocol == ProtocolVersion::Two {
+        600
+    } else {
+        255
+    };
     let address = u16::try_from(random.below(most)).unwrap();
     let length = u16::try_from(random.below(12) + 1).unwrap();
     let span = Span { address, length };
@@ -61,13 +75,13 @@ fn call(library: &str, protocol: Protocol, random: &mut Random) -> (Value, Vec<u
             [entry, random.bytes(length.into())].concat()
         })
         .collect();
-    let two = protocol == Protocol::Two;
+    let two = protocol == ProtocolVersion::Two;
     let kinds = match (library, two) {
         ("scs", _) => 7,
         (_, false) => 8,
         (_, true) => 12,
     };
-    let all = Protocol::BROADCAST;
+    let all = ProtocolVersion::BROADCAST;
     let (call, id, request) = match random.below(kinds) {
         0 => (json!(["ping", id]), id, Request::Ping),
         1 => (
@@ -98,11 +112,7 @@ fn call(library: &str, protocol: Protocol, random: &mut Random) -> (Value, Vec<u
             Request::SyncWrite { span, data: &each },
         ),
         6 if library == "scs" || two => {
-            let fast: &[bool] = if two { &[false] } else { &[] };
-            let mut call = json!(["syncReadTx", address, length, ids, ids.len()]);
-            call.as_array_mut()
-                .unwrap()
-                .extend(fast.iter().map(|it| json!(it)));
+            let call = with_fast(json!(["syncReadTx", address, length, ids, ids.len()]), two);
             (call, all, Request::SyncRead { span, ids: &ids })
         }
         6 => (
@@ -111,11 +121,7 @@ fn call(library: &str, protocol: Protocol, random: &mut Random) -> (Value, Vec<u
             Request::FactoryReset(Kept::Nothing),
         ),
         7 => {
-            let fast: &[bool] = if two { &[false] } else { &[] };
-            let mut call = json!(["bulkReadTx", reads, reads.len()]);
-            call.as_array_mut()
-                .unwrap()
-                .extend(fast.iter().map(|it| json!(it)));
+            let call = with_fast(json!(["bulkReadTx", reads, reads.len()]), two);
             (
                 call,
                 all,
@@ -147,7 +153,7 @@ fn hex(bytes: &[u8]) -> String {
     text
 }
 
-fn check(library: &str, protocol: Protocol, module: &str) {
+fn check(library: &str, protocol: ProtocolVersion, module: &str) {
     let Some(python) = python::python(module) else {
         return;
     };
@@ -192,14 +198,17 @@ fn check(library: &str, protocol: Protocol, module: &str) {
     for (index, sent) in statuses.iter().enumerate() {
         let found = &theirs["statuses"][index];
         if found != sent {
-            assert_eq!(protocol, Protocol::Two, "{sent} {found}");
+            assert_eq!(protocol, ProtocolVersion::Two, "{sent} {found}");
             let wrong = unstuffed_in_place(&answers[index]);
             assert_eq!(found[2], wrong, "{}", answers[index]);
             misread += 1;
         }
     }
     eprintln!("{library}: {unstuffed} requests without stuffing, {misread} answers misread");
-    assert_eq!(unstuffed > 0 && misread > 0, protocol == Protocol::Two);
+    assert_eq!(
+        unstuffed > 0 && misread > 0,
+        protocol == ProtocolVersion::Two
+    );
 }
 
 /// Returns the data of an answer as `removeStuffing` of `dynamixel_sdk` 4.1.0 reads them: it moves
@@ -223,15 +232,15 @@ fn unstuffed_in_place(answer: &str) -> String {
 
 #[test]
 fn packets_of_protocol_2_are_those_of_the_vendors_library() {
-    check("2.0", Protocol::Two, "dynamixel_sdk");
+    check("2.0", ProtocolVersion::Two, "dynamixel_sdk");
 }
 
 #[test]
 fn packets_of_protocol_1_are_those_of_the_vendors_library() {
-    check("1.0", Protocol::One, "dynamixel_sdk");
+    check("1.0", ProtocolVersion::One, "dynamixel_sdk");
 }
 
 #[test]
 fn packets_of_protocol_1_are_those_of_feetechs_library() {
-    check("scs", Protocol::One, "scservo_sdk");
+    check("scs", ProtocolVersion::One, "scservo_sdk");
 }

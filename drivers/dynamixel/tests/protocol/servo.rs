@@ -1,12 +1,14 @@
 //! An emulated servo on the bus: who answers, when, and with which error.
 
 use proptest::prelude::*;
-use twinrig_dynamixel::{ErrorNumber, Kept, Parser, Protocol, Received, Request, Span, Status};
+use twinrig_dynamixel::{
+    ErrorNumber, Kept, Parser, ProtocolVersion, Received, Request, Span, Status,
+};
 use twinrig_kernel::{SimDuration, SimTime};
 
 use crate::support::{BYTE_TIME, Line, piece, servo_with};
 
-const ALL: u8 = Protocol::BROADCAST;
+const ALL: u8 = ProtocolVersion::BROADCAST;
 const POSITION: Span = Span {
     address: 132,
     length: 4,
@@ -16,12 +18,12 @@ const TORQUE: u16 = 64;
 
 /// Returns identifiers and errors of answers, with their data.
 fn answers(line: &mut Line, request: Request<'_>, id: u8) -> Vec<(u8, u8, Vec<u8>)> {
-    let mut parser = Parser::new(Protocol::Two);
+    let mut parser = Parser::new(ProtocolVersion::Two);
     let mut answers = Vec::new();
     for bytes in line.packets(request, id) {
         parser.push(&bytes);
         while let Some(Received::Packet(packet)) = parser.next_packet() {
-            let Status { id, error, data } = packet.status(Protocol::Two).unwrap();
+            let Status { id, error, data } = packet.status(ProtocolVersion::Two).unwrap();
             answers.push((id, error, data.to_vec()));
         }
     }
@@ -45,7 +47,7 @@ fn write(address: u16, data: &[u8]) -> Request<'_> {
 fn answers_begin_after_the_return_delay() {
     let mut request = Vec::new();
     Request::Read(POSITION)
-        .encode(Protocol::Two, 1, &mut request)
+        .encode(ProtocolVersion::Two, 1, &mut request)
         .unwrap();
     let end = SimTime::ZERO + BYTE_TIME * request.len() as u64;
     for (register, micros) in [(0, 0), (10, 20), (250, 500), (254, 508)] {
@@ -64,7 +66,9 @@ fn servos_answer_a_sync_read_in_its_order_each_after_its_delay() {
         ids: &[3, 1, 2],
     };
     let mut bytes = Vec::new();
-    request.encode(Protocol::Two, ALL, &mut bytes).unwrap();
+    request
+        .encode(ProtocolVersion::Two, ALL, &mut bytes)
+        .unwrap();
     let sent = line.send(&bytes);
     let (delay, answer) = (SimDuration::from_micros(100), BYTE_TIME * 15);
     let first = SimTime::ZERO + BYTE_TIME * bytes.len() as u64 + delay;
@@ -252,6 +256,92 @@ fn indirect_registers_are_bytes_of_others() {
     assert_eq!(found, [(1, 0, vec![1, 2, 0, 0, 0x34, 0x12])]);
 }
 
+/// An answer to a ping to all comes in the slot of its identifier, unless another instruction comes
+/// before.
+#[test]
+fn an_instruction_ends_the_wait_for_the_slot_of_a_ping() {
+    let (mut ping, mut read) = (Vec::new(), Vec::new());
+    let two = ProtocolVersion::Two;
+    Request::Ping.encode(two, ALL, &mut ping).unwrap();
+    Request::Read(POSITION).encode(two, 200, &mut read).unwrap();
+    let mut servo = servo_with(200, []);
+    let first = piece(SimTime::ZERO, &ping);
+    servo.receive(first);
+    servo.handle(first.last());
+    // 200 slots of 14 bytes and 3 ms.
+    let slot = first.last() + (BYTE_TIME * 14 + SimDuration::from_millis(3)) * 200;
+    assert_eq!(servo.next_wake(), Some(slot));
+    let second = piece(first.last() + SimDuration::from_millis(10), &read);
+    servo.receive(second);
+    servo.handle(second.last());
+    let mut answer = Vec::new();
+    assert_eq!(servo.poll_transmit(&mut answer), Some(second.last()));
+    assert_eq!((answer.len(), servo.next_wake()), (15, None));
+}
+
+/// A servo that waits for its part of a fast read takes other bytes for the next instruction.
+#[test]
+fn a_servo_does_not_transmit_into_the_next_instruction() {
+    let mut line = Line::new([servo_with(2, [])]);
+    let (mut read, mut write) = (Vec::new(), Vec::new());
+    let request = Request::FastSyncRead {
+        span: POSITION,
+        ids: &[1, 2],
+    };
+    request
+        .encode(ProtocolVersion::Two, ALL, &mut read)
+        .unwrap();
+    let data = [2, 7, 1, 0, 0, 3, 0, 0, 0, 0];
+    let span = Span {
+        address: GOAL,
+        length: 4,
+    };
+    let goals = Request::SyncWrite { span, data: &data };
+    goals.encode(ProtocolVersion::Two, ALL, &mut write).unwrap();
+    assert!(line.send(&read).is_empty());
+    line.now = SimTime::ZERO + SimDuration::from_millis(2);
+    assert!(line.send(&write).is_empty());
+    assert_eq!(line.servos[0].registers().get(GOAL), 0x107);
+}
+
+/// Goals, limits and gains as documented for another operating mode.
+#[test]
+fn another_operating_mode_resets_goals_and_gains() {
+    let mut line = Line::new([servo_with(1, [(36, 800), (100, 0), (84, 7), (112, 9)])]);
+    assert_eq!(error(&mut line, write(11, &[2])), ErrorNumber::DATA_RANGE);
+    assert_eq!(error(&mut line, write(11, &[16])), ErrorNumber::OK);
+    let values = [100, 102, 84, 112].map(|it| line.servos[0].registers().get(it));
+    assert_eq!(values, [800, 1_750, 400, 0]);
+}
+
+#[test]
+fn torque_on_makes_the_position_the_goal_until_one_is_written() {
+    let mut line = Line::new([servo_with(1, [(132, 2_222)])]);
+    assert_eq!(error(&mut line, write(TORQUE, &[1])), ErrorNumber::OK);
+    assert_eq!(line.servos[0].registers().get(GOAL), 2_222);
+    assert_eq!(
+        error(&mut line, write(GOAL, &[52, 8, 0, 0])),
+        ErrorNumber::OK
+    );
+    assert_eq!(error(&mut line, write(TORQUE, &[1])), ErrorNumber::OK);
+    assert_eq!(line.servos[0].registers().get(GOAL), 2_100);
+}
+
+#[test]
+fn a_factory_reset_forgets_a_registered_write() {
+    let mut line = Line::new([servo_with(1, [])]);
+    let (address, data) = (GOAL, &[100, 0, 0, 0][..]);
+    assert_eq!(
+        error(&mut line, Request::RegWrite { address, data }),
+        ErrorNumber::OK
+    );
+    assert_eq!(
+        error(&mut line, Request::FactoryReset(Kept::Id)),
+        ErrorNumber::OK
+    );
+    assert_eq!(error(&mut line, Request::Action), ErrorNumber::INSTRUCTION);
+}
+
 #[test]
 fn a_hardware_error_is_reported_by_each_answer() {
     let mut line = Line::new([servo_with(1, [(70, 0x20)])]);
@@ -264,7 +354,7 @@ fn a_damaged_instruction_is_answered_by_its_servo_only() {
     let mut line = Line::new([1, 2].map(|id| servo_with(id, [])));
     let mut bytes = Vec::new();
     write(TORQUE, &[1])
-        .encode(Protocol::Two, 1, &mut bytes)
+        .encode(ProtocolVersion::Two, 1, &mut bytes)
         .unwrap();
     bytes[10] ^= 1;
     let sent = line.send(&bytes);
@@ -278,7 +368,7 @@ fn a_damaged_instruction_is_answered_by_its_servo_only() {
 fn the_beginning_of_a_packet_is_forgotten_after_silence() {
     let mut request = Vec::new();
     Request::Ping
-        .encode(Protocol::Two, 1, &mut request)
+        .encode(ProtocolVersion::Two, 1, &mut request)
         .unwrap();
     for (millis, expected) in [(4, 0), (6, 1)] {
         let mut line = Line::new([servo_with(1, [])]);
@@ -310,7 +400,7 @@ proptest! {
                 _ => Request::FastSyncRead { span, ids: &[1, 2] },
             };
             let id = if id == 4 { ALL } else { id };
-            request.encode(Protocol::Two, id, &mut stream).unwrap();
+            request.encode(ProtocolVersion::Two, id, &mut stream).unwrap();
         }
         for (at, byte) in noise {
             let at = at % stream.len();

@@ -1,6 +1,6 @@
 //! Servos on a line, which all hear each other.
 
-use twinrig_dynamixel::{Protocol, Request, Responder, x};
+use twinrig_dynamixel::{ProtocolVersion, Request, Responder, x};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_wire::Piece;
 
@@ -47,35 +47,57 @@ impl Line {
     pub fn send(&mut self, bytes: &[u8]) -> Vec<(SimTime, Vec<u8>)> {
         let mut sent: Vec<(SimTime, Vec<u8>)> = Vec::new();
         let mut waiting = vec![(self.now, None, bytes.to_vec())];
-        while let Some((next, _)) = waiting.iter().enumerate().min_by_key(|(_, it)| it.0) {
-            let (start, of, bytes) = waiting.remove(next);
+        loop {
+            let next = waiting.iter().map(|it| it.0).min();
+            let wake = self.servos.iter().filter_map(Responder::next_wake).min();
+            match (next, wake) {
+                (None, None) => return sent,
+                (next, Some(wake)) if next.is_none_or(|next| wake < next) => {
+                    for (index, servo) in self.servos.iter_mut().enumerate() {
+                        servo.handle(wake);
+                        take(index, servo, &mut waiting);
+                    }
+                    continue;
+                }
+                _ => {}
+            }
+            let first = waiting.iter().position(|it| Some(it.0) == next).unwrap();
+            let (start, of, bytes) = waiting.remove(first);
             let piece = piece(start, &bytes);
             self.now = piece.last() + SimDuration::from_millis(10);
             for (index, servo) in self.servos.iter_mut().enumerate() {
-                if of == Some(index) {
-                    continue;
-                }
-                servo.receive(piece);
-                servo.handle(piece.last());
-                let mut answer = Vec::new();
-                while let Some(start) = servo.poll_transmit(&mut answer) {
-                    waiting.push((start, Some(index), std::mem::take(&mut answer)));
+                if of != Some(index) {
+                    servo.receive(piece);
+                    servo.handle(piece.last());
+                    take(index, servo, &mut waiting);
                 }
             }
             if of.is_some() {
                 sent.push((start, bytes));
             }
         }
-        sent
     }
 
     /// Returns the transmissions after a request, without their times.
     pub fn packets(&mut self, request: Request<'_>, id: u8) -> Vec<Vec<u8>> {
         let mut bytes = Vec::new();
-        request.encode(Protocol::Two, id, &mut bytes).unwrap();
+        request
+            .encode(ProtocolVersion::Two, id, &mut bytes)
+            .unwrap();
         self.send(&bytes)
             .into_iter()
             .map(|(_, bytes)| bytes)
             .collect()
+    }
+}
+
+/// Transmission with its start and the servo, if it is of one.
+type Transmission = (SimTime, Option<usize>, Vec<u8>);
+
+/// Takes the transmissions of a servo.
+fn take(index: usize, servo: &mut Responder, waiting: &mut Vec<Transmission>) {
+    let mut answer = Vec::new();
+    while let Some(start) = servo.poll_transmit(&mut answer) {
+        waiting.push((start, Some(index), std::mem::take(&mut answer)));
     }
 }

@@ -4,14 +4,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 use twinrig_dynamixel::x::{XL330_M288, register};
-use twinrig_dynamixel::{Access, Bounds, Model, Registers};
+use twinrig_dynamixel::{Access, Bounds, Registers, ServoModel};
 use twinrig_testing::python;
 
 /// Names of the library that stand for places in indirect registers.
 const INDIRECT: &str = "indirect";
 
 /// Compares addresses and sizes with the file of a model. The library leaves out `missing`.
-fn check(model: &Model, file: &str, missing: &[&str]) {
+fn check(model: &ServoModel, file: &str, missing: &[&str]) {
     let Some(python) = python::python("dynamixel_easy_sdk") else {
         return;
     };
