@@ -38,7 +38,7 @@ fuzz_target!(|data: &[u8]| {
         let whole = found(protocol, stream, usize::MAX);
         assert_eq!(found(protocol, stream, length), whole);
     }
-    let mut servo = Responder::new(&x::XL330_M288, 1, BYTE_TIME);
+    let mut servo = Responder::new(x::XL330_M288.model, 1, BYTE_TIME);
     let (mut now, mut bytes) = (SimTime::ZERO, Vec::new());
     for piece in stream.chunks(length) {
         let first = now + BYTE_TIME;

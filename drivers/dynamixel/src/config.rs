@@ -2,6 +2,7 @@ use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_wire::{FaultSchedule, UsbTiming};
 
 use crate::error::{PacketError, ServoBusError};
+use crate::firmware::ServoKind;
 use crate::protocol::{FastAnswer, ProtocolVersion};
 use crate::request::{BulkReads, Request};
 use crate::table::ServoModel;
@@ -11,8 +12,8 @@ use crate::table::ServoModel;
 pub struct ServoConfig {
     /// Name, for messages, diagnostics and faults: `LF/hip`.
     pub name: String,
-    /// Model.
-    pub model: &'static ServoModel,
+    /// Kind.
+    pub kind: &'static ServoKind,
     /// Identifier.
     pub id: u8,
     /// Values of registers at power-on that differ from the initial ones, by address.
@@ -29,6 +30,12 @@ pub struct ServoConfig {
     pub temperature: f64,
     /// Clock.
     pub clock: BoardClock,
+}
+
+impl ServoConfig {
+    pub(crate) fn model(&self) -> &'static ServoModel {
+        self.kind.model
+    }
 }
 
 /// Signals of a servo in the plant.
@@ -115,7 +122,7 @@ impl ServoBusConfig {
                 });
             }
             let registers = |servo: &ServoConfig| {
-                let model = servo.model;
+                let model = servo.model();
                 (model.protocol, model.goal(), model.present())
             };
             if registers(servo) != registers(&self.servos[0]) {
@@ -125,14 +132,14 @@ impl ServoBusConfig {
                 });
             }
             let unknown = servo.registers.iter().chain(&servo.settings);
-            let mut unknown = unknown.filter(|(address, _)| servo.model.item(*address).is_none());
+            let mut unknown = unknown.filter(|(address, _)| servo.model().item(*address).is_none());
             if let Some((address, _)) = unknown.next() {
                 return Err(ServoBusError::Register {
                     servo: servo.name.clone(),
                     address: *address,
                 });
             }
-            if servo.id > servo.model.protocol.id_max() {
+            if servo.id > servo.model().protocol.id_max() {
                 return Err(ServoBusError::Id {
                     servo: servo.name.clone(),
                     id: servo.id,
@@ -157,7 +164,7 @@ impl ServoBusConfig {
     fn bulk_reads(&self) -> Result<Vec<u8>, PacketError> {
         let mut reads = Vec::new();
         for servo in &self.servos {
-            let span = servo.model.present();
+            let span = servo.model().present();
             BulkReads::append(self.protocol(), servo.id, span, &mut reads)?;
         }
         Ok(reads)
@@ -165,7 +172,7 @@ impl ServoBusConfig {
 
     /// Checks that goals, whatever they are, and reads of all servos fit into packets.
     fn check_lengths(&self, reads: &[u8]) -> Result<(), PacketError> {
-        let Some(model) = self.servos.first().map(|servo| servo.model) else {
+        let Some(model) = self.servos.first().map(ServoConfig::model) else {
             return Ok(());
         };
         let protocol = self.protocol();
@@ -208,6 +215,6 @@ impl ServoBusConfig {
     /// Returns the protocol of the servos.
     pub(crate) fn protocol(&self) -> ProtocolVersion {
         let first = self.servos.first();
-        first.map_or(ProtocolVersion::Two, |servo| servo.model.protocol)
+        first.map_or(ProtocolVersion::Two, |servo| servo.model().protocol)
     }
 }

@@ -2,6 +2,7 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};
 
 use crate::registers::Registers;
+use crate::table::ServoModel;
 
 /// Measurements of a servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,4 +53,13 @@ pub trait ServoFirmware: Send {
     /// # Errors
     /// [`SnapshotError`] if it is of another firmware.
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError>;
+}
+
+/// Kind of servo: what it has on the bus, and its firmware.
+#[derive(Debug)]
+pub struct ServoKind {
+    /// Control table and properties of its side of the bus.
+    pub model: &'static ServoModel,
+    /// Creates the firmware at power-on.
+    pub firmware: fn() -> Box<dyn ServoFirmware>,
 }

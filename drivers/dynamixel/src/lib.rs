@@ -16,7 +16,7 @@
 //! use twinrig_wire::Piece;
 //!
 //! let byte_time = SimDuration::from_micros(10);
-//! let mut servo = Responder::new(&x::XL330_M288, 7, byte_time);
+//! let mut servo = Responder::new(x::XL330_M288.model, 7, byte_time);
 //! let mut request = Vec::new();
 //! let span = Span { address: 0, length: 2 };
 //! Request::Read(span).encode(ProtocolVersion::Two, 7, &mut request)?;
@@ -57,7 +57,7 @@ pub use codes::{ErrorNumber, Instruction};
 pub use config::{JointSignals, ReadPattern, ServoBusConfig, ServoConfig};
 pub use driver::DynamixelDriver;
 pub use error::{PacketError, ServoBusError};
-pub use firmware::{BridgeCommand, ServoFirmware, ServoMeasurements};
+pub use firmware::{BridgeCommand, ServoFirmware, ServoKind, ServoMeasurements};
 pub use node::ServoNode;
 pub use parser::{Parser, Received};
 pub use protocol::{Packet, ProtocolVersion, Status};
@@ -65,6 +65,6 @@ pub use registers::Registers;
 pub use request::{BulkReads, Kept, Request, Span};
 pub use responder::{Responder, ResponderCounters};
 pub use table::{
-    Access, Bounds, CommonRegisters, Errors, Format, Indirect, PositionScale, Register,
+    Access, Bounds, CommonRegisters, Derived, Errors, Format, Indirect, PositionScale, Register,
     ReturnDelay, ServoModel, Source,
 };

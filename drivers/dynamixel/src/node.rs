@@ -51,14 +51,14 @@ struct Signals {
 impl ServoNode {
     /// Creates a servo at power-on, on the bus of that name, where a byte takes `byte_time`.
     pub fn new(bus: &str, config: &ServoConfig, byte_time: SimDuration) -> Self {
-        let mut responder = Responder::new(config.model, config.id, byte_time);
+        let mut responder = Responder::new(config.model(), config.id, byte_time);
         for &(address, value) in &config.registers {
             responder.registers_mut().set(address, value);
         }
         let clock = &config.clock;
         // The first complete period after power-on.
         let shown = clock.local_at(SimTime::ZERO).as_nanos();
-        let firmware = (config.model.firmware)();
+        let firmware = (config.kind.firmware)();
         let period = firmware.period().as_nanos();
         let next_tick = LocalTime::from_nanos((shown.div_euclid(period) + 1) * period);
         Self {
@@ -85,7 +85,7 @@ impl ServoNode {
         self.state.wake = self.config.clock.sim_at(self.state.next_tick);
         let measured = self.measure(plant)?;
         if self.responder.take_restart() {
-            self.firmware = (self.config.model.firmware)();
+            self.firmware = (self.config.kind.firmware)();
         }
         if self.responder.take_cleared_turns() {
             self.firmware.clear_turns();

@@ -2,7 +2,7 @@ use twinrig_kernel::{Snapshot, SnapshotError};
 
 use crate::codes::ErrorNumber;
 use crate::request::{Kept, Span};
-use crate::table::{Access, Bounds, CommonRegisters, Indirect, Register, ServoModel};
+use crate::table::{Access, Bounds, CommonRegisters, Derived, Indirect, Register, ServoModel};
 
 /// Registers of a servo: a control table with its values.
 ///
@@ -27,7 +27,7 @@ impl Registers {
             changed: Vec::new(),
         };
         registers.reset(|_| true);
-        (model.started)(&mut registers);
+        registers.derive(None);
         registers.stored.clone_from(&registers.bytes);
         registers
     }
@@ -61,7 +61,7 @@ impl Registers {
             let range = at..at + usize::from(item.size);
             self.bytes[range.clone()].copy_from_slice(&self.stored[range]);
         }
-        (self.model.started)(self);
+        self.derive(None);
     }
 
     /// Sets all registers but `kept` to their initial values.
@@ -73,8 +73,22 @@ impl Registers {
             Kept::IdAndBaudRate => [roles.id, roles.baud_rate].contains(&item.address),
         };
         self.reset(|item| !keeps(item));
-        (self.model.started)(self);
+        self.derive(None);
         self.stored.clone_from(&self.bytes);
+    }
+
+    /// Sets the registers that others determine at the start, or by a write to an address.
+    fn derive(&mut self, by_write: Option<u16>) {
+        let model = self.model;
+        let applies = |derived: &&Derived| match by_write {
+            None => derived.at_start,
+            Some(_) => derived.by_write == by_write,
+        };
+        for derived in model.derived.iter().filter(applies) {
+            let initial = || model.item(derived.register).map_or(0, |item| item.initial);
+            let value = derived.from.map_or_else(initial, |from| self.get(from));
+            self.set(derived.register, value);
+        }
     }
 
     /// Returns the value of the register at an address; 0 if there is none.
@@ -171,7 +185,7 @@ impl Registers {
             self.set(position.goal, self.get(position.present));
         }
         for index in 0..self.changed.len() {
-            (model.written)(self, self.changed[index].0);
+            self.derive(Some(self.changed[index].0));
         }
     }
 

@@ -3,9 +3,7 @@
 use twinrig_kernel::SimDuration;
 
 use crate::codes::{ErrorNumber, Instruction};
-use crate::firmware::ServoFirmware;
 use crate::protocol::ProtocolVersion;
-use crate::registers::Registers;
 use crate::request::Span;
 
 /// Model of a servo.
@@ -25,14 +23,10 @@ pub struct ServoModel {
     pub roles: CommonRegisters,
     /// Registers of the position, and its unit.
     pub position: PositionScale,
-    /// Sets the registers that others determine, when the servo starts.
-    pub started: fn(&mut Registers),
-    /// Sets the registers that a write to another from the bus determines, by its address.
-    pub written: fn(&mut Registers, u16),
+    /// Registers that others determine.
+    pub derived: &'static [Derived],
     /// Instructions that the servo does not have, though its protocol has them.
     pub lacks: &'static [Instruction],
-    /// Creates the firmware at power-on.
-    pub firmware: fn() -> Box<dyn ServoFirmware>,
     /// Whether a write that is not valid is refused as a whole. Otherwise values are limited, and
     /// bytes that cannot be written are left out.
     pub is_strict: bool,
@@ -123,6 +117,19 @@ pub enum Source {
     Manual,
     /// No source.
     Assumed,
+}
+
+/// Register that another determines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Derived {
+    /// Its address.
+    pub register: u16,
+    /// Address of the register whose value it gets; without one its initial value.
+    pub from: Option<u16>,
+    /// Whether it does when the servo starts.
+    pub at_start: bool,
+    /// Address of the register by whose writes it does, too.
+    pub by_write: Option<u16>,
 }
 
 /// Registers that stand for bytes of others.

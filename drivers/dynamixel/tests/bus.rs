@@ -22,7 +22,7 @@ const PERIOD: SimDuration = SimDuration::from_millis(20);
 fn config(count: u8, pattern: ReadPattern) -> ServoBusConfig {
     let servo = |n: u8| ServoConfig {
         name: format!("joint{n}"),
-        model: &XL330_M288,
+        kind: &XL330_M288,
         id: n + 1,
         registers: Vec::new(),
         settings: vec![(r::POSITION_P_GAIN, 800)],

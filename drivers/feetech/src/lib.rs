@@ -15,7 +15,7 @@
 //! use twinrig_wire::Piece;
 //!
 //! let byte_time = SimDuration::from_micros(10);
-//! let mut servo = Responder::new(&STS3215, 1, byte_time);
+//! let mut servo = Responder::new(STS3215.model, 1, byte_time);
 //! let mut request = Vec::new();
 //! let model = Span { address: 3, length: 2 };
 //! Request::Read(model).encode(ProtocolVersion::One, 1, &mut request)?;

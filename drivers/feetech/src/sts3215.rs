@@ -1,6 +1,6 @@
 use twinrig_dynamixel::{
-    Bounds, CommonRegisters, Errors, Instruction, PositionScale, ProtocolVersion, Register,
-    ReturnDelay, ServoModel,
+    Bounds, CommonRegisters, Derived, Errors, Instruction, PositionScale, ProtocolVersion,
+    Register, ReturnDelay, ServoKind, ServoModel,
 };
 use twinrig_kernel::SimDuration;
 
@@ -12,7 +12,12 @@ use crate::register::{
 
 /// STS3215, by the table in the vendor's manual of the series (doc.feetech.cn, "SMS/STS memory
 /// table"), with names as in `lerobot` 0.4. Lines with another source say so.
-pub static STS3215: ServoModel = ServoModel {
+pub static STS3215: ServoKind = ServoKind {
+    model: &MODEL,
+    firmware: || Box::new(StsFirmware::default()),
+};
+
+static MODEL: ServoModel = ServoModel {
     name: "STS3215",
     protocol: ProtocolVersion::One,
     items: ITEMS,
@@ -41,11 +46,14 @@ pub static STS3215: ServoModel = ServoModel {
         counts_per_turn: 4_096.0,
         centre: 2_048,
     },
-    started: |registers| registers.set(TORQUE_LIMIT, registers.get(MAX_TORQUE_LIMIT)),
-    written: |_, _| {},
+    derived: &[Derived {
+        register: TORQUE_LIMIT,
+        from: Some(MAX_TORQUE_LIMIT),
+        at_start: true,
+        by_write: None,
+    }],
     // The vendor's library has neither (`feetech-servo-sdk` 1.0).
     lacks: &[Instruction::BULK_READ, Instruction::BULK_WRITE],
-    firmware: || Box::new(StsFirmware::default()),
     is_strict: false,
     baud_rates: &[
         1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400,

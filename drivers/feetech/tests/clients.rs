@@ -12,7 +12,7 @@ use std::thread;
 use serde_json::{Value, json};
 use twinrig_dynamixel::x::XL330_M288;
 use twinrig_dynamixel::{
-    JointSignals, ReadPattern, Registers, ServoBusConfig, ServoConfig, ServoModel, Span,
+    JointSignals, ReadPattern, Registers, ServoBusConfig, ServoConfig, ServoKind, Span,
 };
 use twinrig_feetech::STS3215;
 use twinrig_kernel::{BoardClock, SimDuration};
@@ -21,11 +21,11 @@ use twinrig_testing::python;
 use twinrig_testing::wired_harness::Joints;
 use twinrig_wire::{FaultSchedule, Pty, UsbPreset, UsbTiming};
 
-fn config(model: &'static ServoModel) -> ServoBusConfig {
+fn config(kind: &'static ServoKind) -> ServoBusConfig {
     let servo = |id: u8| {
         let name = format!("joint{id}");
         ServoConfig {
-            model,
+            kind,
             id,
             registers: Vec::new(),
             settings: Vec::new(),
@@ -52,9 +52,9 @@ fn config(model: &'static ServoModel) -> ServoBusConfig {
 }
 
 /// Serves servos of a model to a client, and returns what it prints.
-fn serve(model: &'static ServoModel, client: &str, module: &str) -> Option<Value> {
+fn serve(kind: &'static ServoKind, client: &str, module: &str) -> Option<Value> {
     let python = python::python(module)?;
-    let config = config(model);
+    let config = config(kind);
     let joints: Vec<String> = config
         .servos
         .iter()
@@ -86,9 +86,9 @@ fn serve(model: &'static ServoModel, client: &str, module: &str) -> Option<Value
 }
 
 /// The first registers at power-on, bit for bit.
-fn table(model: &'static ServoModel, length: u16) -> Vec<u8> {
-    let mut registers = Registers::new(model);
-    registers.set(model.roles.id, 1);
+fn table(kind: &'static ServoKind, length: u16) -> Vec<u8> {
+    let mut registers = Registers::new(kind.model);
+    registers.set(kind.model.roles.id, 1);
     let mut bytes = Vec::new();
     let span = Span { address: 0, length };
     registers.read(span, &mut bytes).unwrap();

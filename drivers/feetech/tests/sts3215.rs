@@ -27,7 +27,7 @@ const AT_REST: ServoMeasurements = ServoMeasurements {
 /// Runs the firmware at an angle, with a goal after the first period, for some periods; returns the
 /// load that it reports.
 fn load(gain: i32, angle: f64, goal: i32, periods: u32) -> i32 {
-    let mut registers = Registers::new(&STS3215);
+    let mut registers = Registers::new(STS3215.model);
     registers.set(r::P_COEFFICIENT, gain);
     let mut firmware = StsFirmware::default();
     let measured = ServoMeasurements { angle, ..AT_REST };
@@ -104,7 +104,7 @@ fn duty_cycle_at_rest_is_that_of_a_real_servo() {
 
 #[test]
 fn set_point_has_the_greatest_speed_of_the_logs() {
-    let mut registers = Registers::new(&STS3215);
+    let mut registers = Registers::new(STS3215.model);
     let mut firmware = StsFirmware::default();
     firmware.step(&mut registers, &AT_REST, 0);
     registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
@@ -139,7 +139,7 @@ fn answer(servo: &mut Responder, now: &mut SimTime, request: Request<'_>, id: u8
 
 #[test]
 fn writes_are_limited_and_lost_at_a_restart_while_locked() {
-    let (mut servo, mut now) = (Responder::new(&STS3215, 1, BYTE_TIME), SimTime::ZERO);
+    let (mut servo, mut now) = (Responder::new(STS3215.model, 1, BYTE_TIME), SimTime::ZERO);
     let ok = [0xff, 0xff, 1, 2, 0, 0xfc];
     let write = |address, data| Request::Write { address, data };
     let mut send = |servo: &mut Responder, request| answer(servo, &mut now, request, 1);
@@ -166,7 +166,7 @@ fn writes_are_limited_and_lost_at_a_restart_while_locked() {
 /// table.
 #[test]
 fn instructions_that_are_not_executed_are_not_answered() {
-    let (mut servo, mut now) = (Responder::new(&STS3215, 1, BYTE_TIME), SimTime::ZERO);
+    let (mut servo, mut now) = (Responder::new(STS3215.model, 1, BYTE_TIME), SimTime::ZERO);
     servo.registers_mut().set(r::TORQUE_ENABLE, 1);
     // Torque off; the checksum would be CF.
     let damaged = [0xff, 0xff, 1, 4, 3, 40, 0, 0xce];
@@ -202,7 +202,7 @@ fn instructions_that_are_not_executed_are_not_answered() {
 /// Positions are within one turn, and so is the middle that is set on demand.
 #[test]
 fn positions_do_not_count_turns() {
-    let mut registers = Registers::new(&STS3215);
+    let mut registers = Registers::new(STS3215.model);
     let mut firmware = StsFirmware::default();
     let far = ServoMeasurements {
         angle: 4.0,
@@ -218,7 +218,7 @@ fn positions_do_not_count_turns() {
 
 #[test]
 fn the_status_level_leaves_reads_and_pings() {
-    let (mut servo, mut now) = (Responder::new(&STS3215, 1, BYTE_TIME), SimTime::ZERO);
+    let (mut servo, mut now) = (Responder::new(STS3215.model, 1, BYTE_TIME), SimTime::ZERO);
     servo.registers_mut().set(8, 0);
     let mut send = |request| answer(&mut servo, &mut now, request, 1).len();
     assert_eq!(send(Request::Ping), 6);
@@ -233,7 +233,7 @@ fn the_status_level_leaves_reads_and_pings() {
 
 #[test]
 fn the_position_becomes_the_middle_on_demand() {
-    let mut registers = Registers::new(&STS3215);
+    let mut registers = Registers::new(STS3215.model);
     let mut firmware = StsFirmware::default();
     let measured = ServoMeasurements {
         angle: 0.5,
@@ -263,7 +263,7 @@ fn joints_reach_their_commands_on_a_bus() {
     let names = ["hip", "knee"].map(str::to_owned);
     let servo = |(id, name): (u8, &String)| ServoConfig {
         name: name.clone(),
-        model: &STS3215,
+        kind: &STS3215,
         id,
         registers: Vec::new(),
         settings: vec![(r::ACCELERATION, 0)],

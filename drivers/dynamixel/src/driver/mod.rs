@@ -224,7 +224,7 @@ impl DynamixelDriver {
         match outcome {
             StepOutcome::Done | StepOutcome::Unexpected => self.end_step(now),
             StepOutcome::Located(counts) => {
-                self.state.to_process[index] = self.servo(index).model.angle(counts);
+                self.state.to_process[index] = self.servo(index).model().angle(counts);
                 self.state.goals[index] = counts;
                 self.end_step(now);
             }
@@ -309,7 +309,7 @@ impl Driver for DynamixelDriver {
         let servos = self.config.servos.iter().zip(&mut state.goals);
         for ((servo, goal), command) in servos.zip(from_process) {
             // A command that is not a number leaves the last goal.
-            let limited = match servo.model.goal_counts(*command) {
+            let limited = match servo.model().goal_counts(*command) {
                 Some((counts, limited)) => {
                     *goal = counts;
                     limited

@@ -31,7 +31,7 @@ pub(crate) enum Step {
 /// Returns the steps that prepare a servo: its model, torque off, a return delay of 0, its
 /// settings, its position, torque on.
 pub(crate) fn steps(servo: &ServoConfig) -> impl Iterator<Item = Step> + '_ {
-    let roles = &servo.model.roles;
+    let roles = &servo.model().roles;
     let model = Span {
         address: roles.model,
         length: 2,
@@ -47,7 +47,7 @@ pub(crate) fn steps(servo: &ServoConfig) -> impl Iterator<Item = Step> + '_ {
         .chain(delay)
         .chain(settings.map(move |&(address, value)| write(address, value)))
         .chain([
-            Step::Locate(servo.model.present()),
+            Step::Locate(servo.model().present()),
             Step::torque(servo, true),
         ])
 }
@@ -56,7 +56,7 @@ impl Step {
     /// Lets servos answer all instructions. Servos that answer fewer would not confirm it, so it is
     /// sent to all, which none answers.
     pub(crate) fn answer_all(servo: &ServoConfig) -> Self {
-        let roles = &servo.model.roles;
+        let roles = &servo.model().roles;
         Self::write(servo, roles.status_level, 2 - roles.status_offset)
     }
 
@@ -65,7 +65,7 @@ impl Step {
 
     /// Writes a value to a register. One that is not in the table has a byte.
     fn write(servo: &ServoConfig, address: u16, value: i32) -> Self {
-        let item = servo.model.item(address);
+        let item = servo.model().item(address);
         Self::Write {
             address,
             size: item.map_or(1, |item| item.size),
@@ -76,7 +76,7 @@ impl Step {
 
     /// Turns the torque of a servo on or off.
     pub(crate) fn torque(servo: &ServoConfig, on: bool) -> Self {
-        Self::write(servo, servo.model.roles.torque, on.into())
+        Self::write(servo, servo.model().roles.torque, on.into())
     }
 
     /// Returns the request.
@@ -97,15 +97,15 @@ impl Step {
 
     /// Returns the effect of an answer of the servo.
     pub(crate) fn outcome(&self, servo: &ServoConfig, status: &Status<'_>) -> StepOutcome {
-        let errors = servo.model.errors.of_byte(status.error);
+        let errors = servo.model().errors.of_byte(status.error);
         let number = ErrorNumber(status.error & !ErrorNumber::ALERT);
-        if errors.refused && servo.model.errors == Errors::Numbers && number == ErrorNumber::CRC {
+        if errors.refused && servo.model().errors == Errors::Numbers && number == ErrorNumber::CRC {
             return StepOutcome::Repeat;
         }
         if errors.refused {
             return StepOutcome::Failed(match self {
                 Self::Write { address, value, .. } => {
-                    let item = servo.model.item(*address);
+                    let item = servo.model().item(*address);
                     let name = item.map_or("a register", |item| item.name);
                     format!("it refuses {value} as `{name}`: {number}")
                 }
@@ -120,7 +120,7 @@ impl Step {
         }
         match self {
             Self::Identify(_) => {
-                let expected = servo.model.item(servo.model.roles.model);
+                let expected = servo.model().item(servo.model().roles.model);
                 let expected = expected.map_or(0, |item| item.initial);
                 match *status.data {
                     [low, high] if i32::from(u16::from_le_bytes([low, high])) == expected => {
@@ -129,12 +129,12 @@ impl Step {
                     [low, high] => StepOutcome::Failed(format!(
                         "it is of model {}, not {} ({expected})",
                         u16::from_le_bytes([low, high]),
-                        servo.model.name
+                        servo.model().name
                     )),
                     _ => StepOutcome::Unexpected,
                 }
             }
-            Self::Locate(_) => match servo.model.counts(status.data) {
+            Self::Locate(_) => match servo.model().counts(status.data) {
                 Some(counts) => StepOutcome::Located(counts),
                 None => StepOutcome::Unexpected,
             },

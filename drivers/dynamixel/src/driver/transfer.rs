@@ -12,14 +12,14 @@ impl DynamixelDriver {
     /// Writes the goals, and begins to read.
     pub(super) fn begin_transfer(&mut self, now: HostTime) {
         let servos = &self.config.servos;
-        let Some(model) = servos.first().map(|servo| servo.model) else {
+        let Some(model) = servos.first().map(ServoConfig::model) else {
             return;
         };
         let span = model.goal();
         self.writes.clear();
         for (servo, goal) in servos.iter().zip(&self.state.goals) {
             self.writes.push(servo.id);
-            let goal = servo.model.goal_bytes(*goal);
+            let goal = servo.model().goal_bytes(*goal);
             self.writes.extend(&goal[..usize::from(span.length).min(4)]);
         }
         let data = &self.writes;
@@ -38,7 +38,7 @@ impl DynamixelDriver {
     /// Reads all positions, or that of a servo alone.
     fn read(&mut self, now: HostTime, index: usize) {
         let (protocol, pattern) = (self.config.protocol(), self.config.pattern);
-        let span = self.servo(index).model.present();
+        let span = self.servo(index).model().present();
         let ids = &self.ids;
         let (request, id, servos) = match pattern {
             ReadPattern::Read => (Request::Read(span), ids[index], index..index + 1),
@@ -78,7 +78,7 @@ impl DynamixelDriver {
             self.count_unexpected(index, now);
             return;
         };
-        let model = self.servo(index).model;
+        let model = self.servo(index).model();
         let refused = model.errors.of_byte(status.error).refused;
         let counts = model.counts(status.data);
         if !refused && counts.is_none() {
@@ -117,7 +117,7 @@ impl DynamixelDriver {
     /// Handles the common answer to a fast read. A part is damaged where its own checksum is wrong:
     /// servos behind it have computed theirs over the bytes that they received.
     pub(super) fn handle_fast(&mut self, now: HostTime, parameters: &[u8]) {
-        let length = usize::from(self.servo(0).model.present().length);
+        let length = usize::from(self.servo(0).model().present().length);
         for part in FastParts::new(parameters, length) {
             if let Some(status) = part {
                 self.handle_read(now, &status);

@@ -11,9 +11,10 @@ use crate::registers::Registers;
 use crate::request::{Kept, Request, Span, bulk_of_servo, of_servo};
 use crate::table::{Errors, ReturnDelay, ServoModel};
 
+mod turn;
 mod turns;
 
-use turns::{After, Turn};
+use turn::{After, Turn};
 
 /// Silence after which the beginning of a packet is forgotten, of protocol 1.0 (manual of AX-12A,
 /// "byte to byte time").

@@ -1,35 +1,12 @@
 //! Answers to reads of several servos, each of which waits for the one before it.
 
-use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimTime;
 
 use super::Responder;
+use super::turn::{After, Turn};
 use crate::codes::ErrorNumber;
 use crate::protocol::{FastAnswer, Status, append_fast_part, is_beginning_of_fast_answer};
 use crate::request::Span;
-
-/// Pending answer of a servo that is not the first one to answer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Turn {
-    span: (u16, u16),
-    pub(super) after: After,
-}
-
-impl Turn {
-    pub(super) fn span(&self) -> Span {
-        let (address, length) = self.span;
-        Span { address, length }
-    }
-}
-
-/// What precedes the answer.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) enum After {
-    /// The answer of this servo.
-    Answer(u8),
-    /// So many bytes of the common answer, which has this length in all.
-    Bytes(usize, usize),
-}
 
 impl Responder {
     /// Takes part in the answers to a read of several servos.
@@ -87,7 +64,7 @@ impl Responder {
         let After::Bytes(count, all) = turn.after else {
             return;
         };
-        // Where other bytes come, nobody answers: they are the next instruction.
+        // Where other bytes come, there is no answer: they are the next instruction.
         if !is_beginning_of_fast_answer(&self.common, all) {
             self.turn = None;
             return;

@@ -3,10 +3,11 @@ use super::register::{
     BUS_WATCHDOG, CURRENT_LIMIT, GOAL_CURRENT, GOAL_POSITION, GOAL_PWM, MAX_POSITION_LIMIT,
     MIN_POSITION_LIMIT, OPERATING_MODE, PRESENT_POSITION, PWM_LIMIT, VELOCITY_LIMIT,
 };
+use crate::firmware::ServoKind;
 use crate::protocol::ProtocolVersion;
-use crate::registers::Registers;
 use crate::table::{
-    Bounds, CommonRegisters, Errors, Indirect, PositionScale, Register, ReturnDelay, ServoModel,
+    Bounds, CommonRegisters, Derived, Errors, Indirect, PositionScale, Register, ReturnDelay,
+    ServoModel,
 };
 
 /// Position control, the operating mode in which the limits of the position hold.
@@ -15,14 +16,17 @@ const POSITION_CONTROL: i32 = 3;
 const TURNS: i32 = 1_048_575;
 /// Operating modes: current, velocity, position, extended position, current-based position, PWM.
 const MODES: &[i32] = &[0, 1, 3, 4, 5, 16];
-/// Gains, and acceleration and velocity of the profile.
-const RESET_BY_MODE: &[u16] = &[76, 78, 80, 82, 84, 88, 90, 108, 112];
 const GAIN: Bounds = Bounds::Between(0, 16_383);
 
 /// XL330-M288-T, by the table in the vendor's manual (emanual.robotis.com,
 /// docs/en/dxl/x/xl330-m288, sections "Control Table of EEPROM Area" and "of RAM Area"). Lines with
 /// another source say so.
-pub static XL330_M288: ServoModel = ServoModel {
+pub static XL330_M288: ServoKind = ServoKind {
+    model: &MODEL,
+    firmware: || Box::new(XFirmware::default()),
+};
+
+static MODEL: ServoModel = ServoModel {
     name: "XL330-M288-T",
     protocol: ProtocolVersion::Two,
     items: ITEMS,
@@ -54,35 +58,46 @@ pub static XL330_M288: ServoModel = ServoModel {
         counts_per_turn: 4_096.0,
         centre: 2_048,
     },
-    started,
-    written,
+    derived: DERIVED,
     lacks: &[],
-    firmware: || Box::new(XFirmware::default()),
     is_strict: true,
     baud_rates: &[
         9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000,
     ],
 };
 
-/// Sets the limits of duty cycle and current, which are goals in other modes.
-fn started(registers: &mut Registers) {
-    registers.set(GOAL_PWM, registers.get(PWM_LIMIT));
-    registers.set(GOAL_CURRENT, registers.get(CURRENT_LIMIT));
+/// Another operating mode has the initial gains, no profile, and duty cycle and current at their
+/// limits (manual, note on the operating mode).
+const DERIVED: &[Derived] = &[
+    limit(GOAL_PWM, PWM_LIMIT),
+    limit(GOAL_CURRENT, CURRENT_LIMIT),
+    initial(76),
+    initial(78),
+    initial(80),
+    initial(82),
+    initial(84),
+    initial(88),
+    initial(90),
+    initial(108),
+    initial(112),
+];
+
+const fn limit(register: u16, from: u16) -> Derived {
+    Derived {
+        register,
+        from: Some(from),
+        at_start: true,
+        by_write: Some(OPERATING_MODE),
+    }
 }
 
-/// Another operating mode has the initial gains, no profile, and the limits above (manual, note on
-/// the operating mode).
-fn written(registers: &mut Registers, address: u16) {
-    if address != OPERATING_MODE {
-        return;
+const fn initial(register: u16) -> Derived {
+    Derived {
+        register,
+        from: None,
+        at_start: false,
+        by_write: Some(OPERATING_MODE),
     }
-    let initial = ITEMS
-        .iter()
-        .filter(|item| RESET_BY_MODE.contains(&item.address));
-    for item in initial {
-        registers.set(item.address, item.initial);
-    }
-    started(registers);
 }
 
 const ITEMS: &[Register] = &[

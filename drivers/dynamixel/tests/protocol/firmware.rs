@@ -14,7 +14,7 @@ const AT_REST: ServoMeasurements = ServoMeasurements {
 
 /// Registers of a servo at rest with torque on in a mode, and some other values.
 fn registers(mode: i32, values: &[(u16, i32)]) -> Registers {
-    let mut registers = Registers::new(&XL330_M288);
+    let mut registers = Registers::new(XL330_M288.model);
     registers
         .write(r::OPERATING_MODE, &mode.to_le_bytes()[..1])
         .unwrap();
@@ -319,7 +319,7 @@ fn positions_are_within_one_turn_where_they_should_be() {
     // 4/2π · 4096, and the middle.
     let counts = 2_608 + 2_048;
     for (mode, expected) in [(3, counts - 4_096), (4, counts)] {
-        let mut registers = Registers::new(&XL330_M288);
+        let mut registers = Registers::new(XL330_M288.model);
         registers.write(r::OPERATING_MODE, &[mode]).unwrap();
         let mut firmware = XFirmware::default();
         firmware.step(&mut registers, &AT_REST, 0);

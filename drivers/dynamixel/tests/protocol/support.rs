@@ -9,7 +9,7 @@ pub const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
 
 /// Creates a servo that answers at once, with some values of its registers.
 pub fn servo_with(id: u8, values: impl IntoIterator<Item = (u16, i32)>) -> Responder {
-    let mut servo = Responder::new(&x::XL330_M288, id, BYTE_TIME);
+    let mut servo = Responder::new(x::XL330_M288.model, id, BYTE_TIME);
     servo.registers_mut().set(9, 0);
     for (address, value) in values {
         servo.registers_mut().set(address, value);

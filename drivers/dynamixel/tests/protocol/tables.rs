@@ -51,12 +51,12 @@ fn check(model: &ServoModel, file: &str, missing: &[&str]) {
 #[test]
 fn xl330_m288_is_that_of_the_vendors_library() {
     let missing = ["startup_configuration", "backup_ready"];
-    check(&XL330_M288, "xl330_m288_fw52", &missing);
+    check(XL330_M288.model, "xl330_m288_fw52", &missing);
 }
 
 #[test]
 fn tables_are_consistent() {
-    for model in [&XL330_M288] {
+    for model in [XL330_M288.model] {
         for pair in model.items.windows(2) {
             let end = pair[0].address + u16::from(pair[0].size);
             assert!(end <= pair[1].address, "{}", pair[1].name);
@@ -82,8 +82,8 @@ fn tables_are_consistent() {
         assert_eq!(model.baud_rates[rate], 57_600);
     }
     assert_eq!(
-        XL330_M288.named("goal_position").unwrap().address,
+        XL330_M288.model.named("goal_position").unwrap().address,
         register::GOAL_POSITION
     );
-    assert_eq!(XL330_M288.size(), 228);
+    assert_eq!(XL330_M288.model.size(), 228);
 }

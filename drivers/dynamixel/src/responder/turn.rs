@@ -1,0 +1,26 @@
+use serde::{Deserialize, Serialize};
+
+use crate::request::Span;
+
+/// Pending answer of a servo that is not the first one to answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Turn {
+    pub(super) span: (u16, u16),
+    pub(super) after: After,
+}
+
+impl Turn {
+    pub(super) fn span(&self) -> Span {
+        let (address, length) = self.span;
+        Span { address, length }
+    }
+}
+
+/// What precedes the answer.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum After {
+    /// The answer of this servo.
+    Answer(u8),
+    /// So many bytes of the common answer, which has this length in all.
+    Bytes(usize, usize),
+}
