@@ -93,3 +93,66 @@ impl ErrorNumber {
     /// Bit of an answer that reports a hardware error.
     pub const ALERT: u8 = 0x80;
 }
+
+/// Errors of answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Errors {
+    /// Numbers of protocol 2.0, and the alert bit if there is a hardware error.
+    Numbers,
+    /// Bits of protocol 1.0, some of which are those of the hardware error.
+    Bits,
+    /// Bits of the hardware error alone.
+    Hardware,
+}
+
+/// Errors that an answer reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ReportedErrors {
+    /// A hardware error.
+    pub(crate) hardware: bool,
+    /// The instruction was refused.
+    pub(crate) refused: bool,
+}
+
+impl Errors {
+    /// Returns whether an error byte reports a hardware error, and whether it reports that the
+    /// instruction was refused.
+    pub(crate) fn of_byte(self, error: u8) -> ReportedErrors {
+        const OF_INSTRUCTION: u8 = 0b0101_1000;
+        match self {
+            Self::Numbers => ReportedErrors {
+                hardware: error & ErrorNumber::ALERT != 0,
+                refused: error & !ErrorNumber::ALERT != 0,
+            },
+            Self::Bits => ReportedErrors {
+                hardware: error & !OF_INSTRUCTION != 0,
+                refused: error & OF_INSTRUCTION != 0,
+            },
+            Self::Hardware => ReportedErrors {
+                hardware: error != 0,
+                refused: false,
+            },
+        }
+    }
+
+    /// Returns the error byte of an answer.
+    pub(crate) fn byte(self, error: ErrorNumber, hardware: u8) -> u8 {
+        const RANGE: u8 = 1 << 3;
+        const CHECKSUM: u8 = 1 << 4;
+        const INSTRUCTION: u8 = 1 << 6;
+        match self {
+            Self::Numbers if hardware == 0 => error.0,
+            Self::Numbers => error.0 | ErrorNumber::ALERT,
+            Self::Hardware => hardware,
+            Self::Bits => {
+                hardware
+                    | match error {
+                        ErrorNumber::OK => 0,
+                        ErrorNumber::CRC => CHECKSUM,
+                        ErrorNumber::INSTRUCTION => INSTRUCTION,
+                        _ => RANGE,
+                    }
+            }
+        }
+    }
+}

@@ -2,8 +2,9 @@ use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_wire::{FaultSchedule, UsbTiming};
 
 use crate::error::{PacketError, ServoBusError};
+use crate::fast::FastAnswer;
 use crate::firmware::ServoKind;
-use crate::protocol::{FastAnswer, ProtocolVersion};
+use crate::protocol::ProtocolVersion;
 use crate::request::{BulkReads, Request};
 use crate::table::ServoModel;
 

@@ -42,10 +42,13 @@ mod codes;
 mod config;
 mod driver;
 mod error;
+mod fast;
 mod firmware;
 mod node;
 mod parser;
+mod profile;
 mod protocol;
+mod register;
 mod registers;
 mod request;
 mod responder;
@@ -53,18 +56,17 @@ mod table;
 pub mod x;
 
 pub use bus::ServoBusWire;
-pub use codes::{ErrorNumber, Instruction};
+pub use codes::{ErrorNumber, Errors, Instruction};
 pub use config::{JointSignals, ReadPattern, ServoBusConfig, ServoConfig};
 pub use driver::DynamixelDriver;
 pub use error::{PacketError, ServoBusError};
 pub use firmware::{BridgeCommand, ServoFirmware, ServoKind, ServoMeasurements};
 pub use node::ServoNode;
 pub use parser::{Parser, Received};
+pub use profile::{Profile, ProfileLimits};
 pub use protocol::{Packet, ProtocolVersion, Status};
+pub use register::{Access, Bounds, Format, Register, Source, registers};
 pub use registers::Registers;
 pub use request::{BulkReads, Kept, Request, Span};
 pub use responder::{Responder, ResponderCounters};
-pub use table::{
-    Access, Bounds, CommonRegisters, Derived, Errors, Format, Indirect, PositionScale, Register,
-    ReturnDelay, ServoModel, Source,
-};
+pub use table::{CommonRegisters, Derived, Indirect, PositionScale, ReturnDelay, ServoModel};

@@ -1,8 +1,9 @@
 use twinrig_kernel::{Snapshot, SnapshotError};
 
 use crate::codes::ErrorNumber;
+use crate::register::{Access, Bounds, Register};
 use crate::request::{Kept, Span};
-use crate::table::{Access, Bounds, CommonRegisters, Derived, Indirect, Register, ServoModel};
+use crate::table::{CommonRegisters, Derived, Indirect, ServoModel};
 
 /// Registers of a servo: a control table with its values.
 ///
@@ -105,6 +106,12 @@ impl Registers {
             let range = at..at + usize::from(item.size);
             self.stored[range.clone()].copy_from_slice(&self.bytes[range]);
         }
+    }
+
+    /// Sets a register to the nearest integer.
+    #[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
+    pub fn set_nearest(&mut self, address: u16, value: f64) {
+        self.set(address, libm::rint(value) as i32);
     }
 
     fn load(&self, item: &Register) -> i32 {

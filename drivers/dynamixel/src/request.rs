@@ -1,11 +1,13 @@
 //! Instructions with their parameters.
 
+use serde::{Deserialize, Serialize};
+
 use crate::codes::{ErrorNumber, Instruction};
 use crate::error::PacketError;
 use crate::protocol::{Content, Packet, ProtocolVersion};
 
 /// Consecutive registers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Span {
     /// Address of the first byte.
     pub address: u16,

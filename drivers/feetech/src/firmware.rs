@@ -8,7 +8,9 @@
 //! | overload, limits of the supply and of the temperature | documented, not compared |
 
 use serde::{Deserialize, Serialize};
-use twinrig_dynamixel::{BridgeCommand, Registers, ServoFirmware, ServoMeasurements};
+use twinrig_dynamixel::{
+    BridgeCommand, Profile, ProfileLimits, Registers, ServoFirmware, ServoMeasurements,
+};
 use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};
 
 use crate::register as r;
@@ -18,9 +20,9 @@ const PERIOD: LocalDuration = LocalDuration::from_nanos(1_000_000);
 const PERIOD_S: f64 = 1e-3;
 
 /// Counts of a turn of the shaft.
-const COUNTS: f64 = 4_096.0;
+pub(crate) const COUNTS: f64 = 4_096.0;
 /// Position of the shaft at angle 0.
-const CENTRE: f64 = 2_048.0;
+pub(crate) const CENTRE: i32 = 2_048;
 /// Duty cycle at 100 %.
 const FULL: f64 = 1_000.0;
 /// Duty cycle for an error of one count at a gain of 1 (logs of kscalelabs/sysid).
@@ -59,9 +61,7 @@ mod status {
 pub struct StsFirmware {
     /// Mode in which the loops run; none with the torque off.
     running: Option<i32>,
-    /// Set-point \[counts\], and its rate \[counts/s\].
-    set_point: f64,
-    set_rate: f64,
+    profile: Profile,
     /// Duty cycle.
     duty: f64,
     /// Periods of an overload.
@@ -73,7 +73,7 @@ impl StsFirmware {
     fn position_loop(&mut self, registers: &Registers, position: f64) -> f64 {
         self.follow(registers);
         let get = |address| f64::from(registers.get(address));
-        let error = libm::rint(self.set_point) - position;
+        let error = libm::rint(self.profile.position) - position;
         let dead_zone = get(if error < 0.0 {
             r::CW_DEAD_ZONE
         } else {
@@ -93,8 +93,8 @@ impl StsFirmware {
         let most = get(r::MAXIMUM_VELOCITY_LIMIT) * SPEED_LIMIT;
         let wanted = get(r::GOAL_VELOCITY);
         if registers.get(r::OPERATING_MODE) == mode::SPEED {
-            self.set_rate = wanted.clamp(-most, most);
-            self.set_point += self.set_rate * PERIOD_S;
+            self.profile.rate = wanted.clamp(-most, most);
+            self.profile.position += self.profile.rate * PERIOD_S;
             return;
         }
         let [low, high] = [r::MIN_POSITION_LIMIT, r::MAX_POSITION_LIMIT].map(get);
@@ -111,24 +111,11 @@ impl StsFirmware {
             wanted.abs().min(most)
         };
         let acceleration = get(r::ACCELERATION) * ACCELERATION;
-        let distance = goal - self.set_point;
-        if acceleration == 0.0 {
-            self.set_rate = speed.copysign(distance);
-        } else {
-            let change = acceleration * PERIOD_S;
-            // The rate from which the set-point can still stop at the goal, after a whole step.
-            let stopping = (0.25 * change * change + 2.0 * acceleration * distance.abs()).sqrt();
-            let wanted = speed
-                .min((stopping - 0.5 * change).max(0.0))
-                .copysign(distance);
-            self.set_rate += (wanted - self.set_rate).clamp(-change, change);
-        }
-        let moved = self.set_rate * PERIOD_S;
-        if moved.abs() >= distance.abs() && moved * distance >= 0.0 {
-            (self.set_point, self.set_rate) = (goal, 0.0);
-        } else {
-            self.set_point += moved;
-        }
+        let limits = ProfileLimits {
+            speed,
+            acceleration,
+        };
+        self.profile.approach(goal, limits, PERIOD_S);
     }
 
     /// Returns the greatest duty cycle, less after an overload.
@@ -179,10 +166,11 @@ impl ServoFirmware for StsFirmware {
         measured: &ServoMeasurements,
         _: u64,
     ) -> BridgeCommand {
-        let encoder = libm::rint(measured.angle / core::f64::consts::TAU * COUNTS + CENTRE);
+        let encoder =
+            libm::rint(measured.angle / core::f64::consts::TAU * COUNTS + f64::from(CENTRE));
         let in_turn = |counts: f64| counts - libm::floor(counts / COUNTS) * COUNTS;
         if registers.get(r::TORQUE_ENABLE) == CALIBRATE {
-            registers.set(r::HOMING_OFFSET, whole(in_turn(encoder) - CENTRE));
+            registers.set_nearest(r::HOMING_OFFSET, in_turn(encoder) - f64::from(CENTRE));
             registers.set(r::TORQUE_ENABLE, 0);
         }
         let in_mode = registers.get(r::OPERATING_MODE);
@@ -204,7 +192,7 @@ impl ServoFirmware for StsFirmware {
         let runs = registers.get(r::TORQUE_ENABLE) == ON;
         if self.running != runs.then_some(in_mode) {
             self.running = runs.then_some(in_mode);
-            (self.set_point, self.set_rate) = (position, 0.0);
+            self.profile = Profile::at(position);
             (self.duty, self.overload) = (0.0, 0);
             if !runs {
                 registers.set(r::STATUS, registers.get(r::STATUS) & !status::OVERLOAD);
@@ -219,18 +207,18 @@ impl ServoFirmware for StsFirmware {
             self.duty = demanded.clamp(-limit, limit);
             BridgeCommand::Duty(self.duty / FULL)
         } else {
-            (self.set_point, self.duty) = (position, 0.0);
+            (self.profile.position, self.duty) = (position, 0.0);
             BridgeCommand::Open
         };
         let moving = velocity.abs() > f64::from(registers.get(r::MOVING_VELOCITY_THRESHOLD));
-        registers.set(r::PRESENT_POSITION, whole(shown));
-        registers.set(r::PRESENT_VELOCITY, whole(velocity));
-        registers.set(r::PRESENT_LOAD, whole(-self.duty));
-        registers.set(r::PRESENT_VOLTAGE, whole(10.0 * measured.voltage));
-        registers.set(r::PRESENT_TEMPERATURE, whole(measured.temperature));
-        registers.set(r::PRESENT_CURRENT, whole(measured.current / CURRENT));
+        registers.set_nearest(r::PRESENT_POSITION, shown);
+        registers.set_nearest(r::PRESENT_VELOCITY, velocity);
+        registers.set_nearest(r::PRESENT_LOAD, -self.duty);
+        registers.set_nearest(r::PRESENT_VOLTAGE, 10.0 * measured.voltage);
+        registers.set_nearest(r::PRESENT_TEMPERATURE, measured.temperature);
+        registers.set_nearest(r::PRESENT_CURRENT, measured.current / CURRENT);
         registers.set(r::MOVING, i32::from(moving));
-        registers.set(r::GOAL_POSITION_2, whole(self.set_point));
+        registers.set_nearest(r::GOAL_POSITION_2, self.profile.position);
         bridge
     }
 
@@ -242,10 +230,4 @@ impl ServoFirmware for StsFirmware {
         *self = snapshot.read()?;
         Ok(())
     }
-}
-
-/// Returns the nearest integer of 32 bits.
-#[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
-fn whole(value: f64) -> i32 {
-    libm::rint(value) as i32
 }

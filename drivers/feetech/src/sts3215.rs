@@ -1,14 +1,11 @@
 use twinrig_dynamixel::{
     Bounds, CommonRegisters, Derived, Errors, Instruction, PositionScale, ProtocolVersion,
-    Register, ReturnDelay, ServoKind, ServoModel,
+    Register, ReturnDelay, ServoKind, ServoModel, registers,
 };
 use twinrig_kernel::SimDuration;
 
-use crate::firmware::StsFirmware;
-use crate::register::{
-    GOAL_POSITION, LOCK, MAX_TORQUE_LIMIT, MOVING, PRESENT_POSITION, STATUS, TORQUE_ENABLE,
-    TORQUE_LIMIT,
-};
+use crate::firmware::{CENTRE, COUNTS, StsFirmware};
+use crate::register as r;
 
 /// STS3215, by the table in the vendor's manual of the series (doc.feetech.cn, "SMS/STS memory
 /// table"), with names as in `lerobot` 0.4. Lines with another source say so.
@@ -33,22 +30,22 @@ static MODEL: ServoModel = ServoModel {
         return_delay: ReturnDelay::Fixed(SimDuration::from_micros(100)),
         status_level: 8,
         status_offset: 1,
-        torque: TORQUE_ENABLE,
-        lock: Some(LOCK),
+        torque: r::TORQUE_ENABLE,
+        lock: Some(r::LOCK),
         registered: Some(64),
-        hardware_error: Some(STATUS),
-        moving: MOVING,
+        hardware_error: Some(r::STATUS),
+        moving: r::MOVING,
         watchdog: None,
     },
     position: PositionScale {
-        goal: GOAL_POSITION,
-        present: PRESENT_POSITION,
-        counts_per_turn: 4_096.0,
-        centre: 2_048,
+        goal: r::GOAL_POSITION,
+        present: r::PRESENT_POSITION,
+        counts_per_turn: COUNTS,
+        centre: CENTRE,
     },
     derived: &[Derived {
-        register: TORQUE_LIMIT,
-        from: Some(MAX_TORQUE_LIMIT),
+        register: r::TORQUE_LIMIT,
+        from: Some(r::MAX_TORQUE_LIMIT),
         at_start: true,
         by_write: None,
     }],
@@ -60,14 +57,17 @@ static MODEL: ServoModel = ServoModel {
     ],
 };
 
+const LEROBOT: &str = "lerobot 0.4, motors/feetech/tables.py";
+const LOGS: &str = "logs of kscalelabs/sysid (benches/sts3215.toml)";
 const BYTE: Bounds = Bounds::Between(0, 254);
 const SIGNED: Bounds = Bounds::Between(-32_767, 32_767);
 
-const ITEMS: &[Register] = &[
+const ITEMS: &[Register] = registers(&[
     Register::read_only(0, 1, "firmware_major_version").assumed(3),
     Register::read_only(1, 1, "firmware_minor_version").assumed(10),
-    // `lerobot` 0.4, motors/feetech/tables.py.
-    Register::read_only(3, 2, "model_number").of(777),
+    Register::read_only(3, 2, "model_number")
+        .of(777)
+        .from(LEROBOT),
     Register::eeprom(5, 1, "id", 1, 0, 253),
     Register::eeprom(6, 1, "baud_rate", 0, 0, 7),
     Register::eeprom(7, 1, "return_delay_time", 0, 0, 253),
@@ -86,8 +86,8 @@ const ITEMS: &[Register] = &[
     Register::eeprom(21, 1, "p_coefficient", 32, 0, 254).assumed(32),
     Register::eeprom(22, 1, "d_coefficient", 32, 0, 254).assumed(32),
     Register::eeprom(23, 1, "i_coefficient", 0, 0, 254),
-    // The duty cycle at rest in logs of kscalelabs/sysid (benches/sts3215.toml).
-    Register::eeprom(24, 1, "minimum_startup_force", 16, 0, 254),
+    // By the duty cycle at rest.
+    Register::eeprom(24, 1, "minimum_startup_force", 16, 0, 254).from(LOGS),
     Register::eeprom(25, 1, "integral_limit", 0, 0, 254),
     Register::eeprom(26, 1, "cw_dead_zone", 1, 0, 16),
     Register::eeprom(27, 1, "ccw_dead_zone", 1, 0, 16),
@@ -126,8 +126,10 @@ const ITEMS: &[Register] = &[
     Register::ram(55, 1, "lock", 1, Bounds::Between(0, 1)),
     Register::read_only(56, 2, "present_position").with_sign_bit(15),
     Register::read_only(58, 2, "present_velocity").with_sign_bit(15),
-    // The sign is that of the logs above.
-    Register::read_only(60, 2, "present_load").with_sign_bit(10),
+    // By its sign.
+    Register::read_only(60, 2, "present_load")
+        .with_sign_bit(10)
+        .from(LOGS),
     Register::read_only(62, 1, "present_voltage"),
     Register::read_only(63, 1, "present_temperature"),
     Register::read_only(64, 1, "asynchronous_write"),
@@ -139,8 +141,10 @@ const ITEMS: &[Register] = &[
     Register::read_only(81, 1, "dts").assumed(0),
     Register::read_only(82, 1, "velocity_unit_factor").assumed(1),
     Register::read_only(83, 1, "hts").assumed(0),
-    // 3250 counts/s in the logs above: 65 of 0.732 rev/min.
-    Register::read_only(84, 1, "maximum_velocity_limit").of(65),
+    // 3250 counts/s: 65 of 0.732 rev/min.
+    Register::read_only(84, 1, "maximum_velocity_limit")
+        .of(65)
+        .from(LOGS),
     Register::read_only(85, 1, "maximum_acceleration").assumed(0),
     Register::read_only(86, 1, "acceleration_multiplier").assumed(0),
-];
+]);

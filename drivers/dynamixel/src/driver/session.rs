@@ -1,160 +1,123 @@
-//! Steps in which the driver prepares a servo.
+//! Opening and closing: the steps of one servo after the other.
 
-use twinrig_kernel::SimDuration;
+use twinrig_kernel::HostTime;
 
-use crate::codes::ErrorNumber;
+use super::step::{Step, StepOutcome, steps};
+use super::{DynamixelDriver, Stage, number};
 use crate::config::ServoConfig;
 use crate::protocol::Status;
-use crate::request::{Request, Span};
-use crate::table::{Errors, ReturnDelay};
 
-/// Step of the preparation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Step {
-    /// Reads the model.
-    Identify(Span),
-    /// Writes a value to a register of so many bytes.
-    Write {
-        /// Address.
-        address: u16,
-        /// Number of bytes.
-        size: u8,
-        /// Bytes.
-        bytes: [u8; 4],
-        /// Value.
-        value: i32,
-    },
-    /// Reads the position.
-    Locate(Span),
-}
+/// Number of attempts at each request when opening and closing.
+const ATTEMPTS: u32 = 3;
 
-/// Returns the steps that prepare a servo: its model, torque off, a return delay of 0, its
-/// settings, its position, torque on.
-pub(crate) fn steps(servo: &ServoConfig) -> impl Iterator<Item = Step> + '_ {
-    let roles = &servo.model().roles;
-    let model = Span {
-        address: roles.model,
-        length: 2,
-    };
-    let write = |address: u16, value: i32| Step::write(servo, address, value);
-    let settings = servo.settings.iter();
-    let delay = match roles.return_delay {
-        ReturnDelay::Register(address) => Some(write(address, 0)),
-        ReturnDelay::Fixed(_) => None,
-    };
-    [Step::Identify(model), Step::torque(servo, false)]
-        .into_iter()
-        .chain(delay)
-        .chain(settings.map(move |&(address, value)| write(address, value)))
-        .chain([
-            Step::Locate(servo.model().present()),
-            Step::torque(servo, true),
-        ])
-}
-
-impl Step {
-    /// Lets servos answer all instructions. Servos that answer fewer would not confirm it, so it is
-    /// sent to all, which none answers.
-    pub(crate) fn answer_all(servo: &ServoConfig) -> Self {
-        let roles = &servo.model().roles;
-        Self::write(servo, roles.status_level, 2 - roles.status_offset)
-    }
-
-    /// Greatest return delay of a servo that is not prepared yet: 254 units of 2 µs.
-    pub(crate) const RETURN_DELAY: SimDuration = SimDuration::from_micros(508);
-
-    /// Writes a value to a register. One that is not in the table has a byte.
-    fn write(servo: &ServoConfig, address: u16, value: i32) -> Self {
-        let item = servo.model().item(address);
-        Self::Write {
-            address,
-            size: item.map_or(1, |item| item.size),
-            bytes: item.map_or_else(|| value.to_le_bytes(), |item| item.encode(value)),
-            value,
+impl DynamixelDriver {
+    /// Returns the present step of opening or closing, and its servo.
+    fn step(&self) -> Option<(usize, Step)> {
+        match self.state.stage {
+            Stage::Opening(index, step) => Some((index, steps(self.servo(index)).nth(step)?)),
+            Stage::Closing(index) => Some((index, Step::torque(self.servo(index), false))),
+            Stage::Closed | Stage::Open | Stage::Reading(_) => None,
         }
     }
 
-    /// Turns the torque of a servo on or off.
-    pub(crate) fn torque(servo: &ServoConfig, on: bool) -> Self {
-        Self::write(servo, servo.model().roles.torque, on.into())
+    /// Begins the present step of opening or closing.
+    pub(super) fn request_step(&mut self, now: HostTime) {
+        let Some((index, step)) = self.step() else {
+            return;
+        };
+        let id = self.servo(index).id;
+        self.state.attempts += 1;
+        // A step fits into a packet.
+        let protocol = self.config.protocol();
+        let _ = step.request().encode(protocol, id, &mut self.state.tx);
+        self.wait(now, 1, 4);
+        self.state.traffic.request(Some(number(index)), now);
     }
 
-    /// Returns the request.
-    pub(crate) fn request(&self) -> Request<'_> {
-        match self {
-            Self::Identify(span) | Self::Locate(span) => Request::Read(*span),
-            Self::Write {
-                address,
-                size,
-                bytes,
-                ..
-            } => Request::Write {
-                address: *address,
-                data: &bytes[..usize::from(*size).min(4)],
-            },
+    /// Repeats the present step of opening or closing; after the last attempt it fails.
+    pub(super) fn repeat_step(&mut self, now: HostTime) {
+        let Some((index, _)) = self.step() else {
+            return;
+        };
+        if self.state.attempts < ATTEMPTS {
+            self.request_step(now);
+            return;
         }
+        let ServoConfig { name, id, .. } = self.servo(index);
+        let why = if matches!(self.state.stage, Stage::Closing(_)) {
+            format!(
+                "{name} (id {id}) did not confirm any of {ATTEMPTS} instructions to turn its \
+                 torque off: it may still be on"
+            )
+        } else {
+            format!(
+                "{name} (id {id}) answered none of {ATTEMPTS} instructions: check power, cable, \
+                 baud rate and identifier"
+            )
+        };
+        self.fail_step(now, why);
     }
 
-    /// Returns the effect of an answer of the servo.
-    pub(crate) fn outcome(&self, servo: &ServoConfig, status: &Status<'_>) -> StepOutcome {
-        let errors = servo.model().errors.of_byte(status.error);
-        let number = ErrorNumber(status.error & !ErrorNumber::ALERT);
-        if errors.refused && servo.model().errors == Errors::Numbers && number == ErrorNumber::CRC {
-            return StepOutcome::Repeat;
-        }
-        if errors.refused {
-            return StepOutcome::Failed(match self {
-                Self::Write { address, value, .. } => {
-                    let item = servo.model().item(*address);
-                    let name = item.map_or("a register", |item| item.name);
-                    format!("it refuses {value} as `{name}`: {number}")
-                }
-                _ => format!("it refuses to be read: {number}"),
-            });
-        }
-        // A servo with a hardware error still turns its torque off.
-        if errors.hardware && *self != Self::torque(servo, false) {
-            let why = "it reports a hardware error: read its register, remove the cause and \
-                       reboot it";
-            return StepOutcome::Failed(why.to_owned());
-        }
-        match self {
-            Self::Identify(_) => {
-                let expected = servo.model().item(servo.model().roles.model);
-                let expected = expected.map_or(0, |item| item.initial);
-                match *status.data {
-                    [low, high] if i32::from(u16::from_le_bytes([low, high])) == expected => {
-                        StepOutcome::Done
-                    }
-                    [low, high] => StepOutcome::Failed(format!(
-                        "it is of model {}, not {} ({expected})",
-                        u16::from_le_bytes([low, high]),
-                        servo.model().name
-                    )),
-                    _ => StepOutcome::Unexpected,
+    /// Ends the present step of opening or closing, and begins the next one.
+    fn end_step(&mut self, now: HostTime) {
+        let servos = self.config.servos.len();
+        let state = &mut self.state;
+        state.attempts = 0;
+        state.until = None;
+        state.stage = match state.stage {
+            Stage::Opening(index, step) => {
+                if step + 1 < steps(&self.config.servos[index]).count() {
+                    Stage::Opening(index, step + 1)
+                } else if index + 1 < servos {
+                    Stage::Opening(index + 1, 0)
+                } else {
+                    state.traffic.forget_silences();
+                    Stage::Open
                 }
             }
-            Self::Locate(_) => match servo.model().counts(status.data) {
-                Some(counts) => StepOutcome::Located(counts),
-                None => StepOutcome::Unexpected,
-            },
-            Self::Write { .. } if status.data.is_empty() => StepOutcome::Done,
-            Self::Write { .. } => StepOutcome::Unexpected,
+            Stage::Closing(index) if index + 1 < servos => Stage::Closing(index + 1),
+            Stage::Closing(_) => Stage::Closed,
+            other => other,
+        };
+        self.request_step(now);
+    }
+
+    /// Ends the opening, or turns off the torque of the other servos.
+    fn fail_step(&mut self, now: HostTime, why: String) {
+        self.state.failed.get_or_insert(why);
+        if matches!(self.state.stage, Stage::Closing(_)) {
+            self.end_step(now);
+        } else {
+            self.state.until = None;
+            self.state.stage = Stage::Closed;
         }
     }
-}
 
-/// Effect of an answer on a step.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum StepOutcome {
-    /// The step is complete.
-    Done,
-    /// The step is complete, with the position.
-    Located(i32),
-    /// The instruction arrived damaged.
-    Repeat,
-    /// The answer is that to another instruction.
-    Unexpected,
-    /// The servo cannot be used, for this reason.
-    Failed(String),
+    /// Handles the answer of a servo to a step of opening or closing.
+    pub(super) fn handle_step(&mut self, now: HostTime, status: &Status<'_>) {
+        let step = self.step();
+        let step = step.filter(|(index, _)| self.servo(*index).id == status.id);
+        let outcome = step.map(|(index, step)| (index, step.outcome(self.servo(index), status)));
+        let Some((index, outcome)) = outcome.filter(|(_, it)| *it != StepOutcome::Unexpected)
+        else {
+            self.count_unexpected(None, now);
+            return;
+        };
+        self.state.traffic.answer(number(index), now);
+        self.state.counters.answers += 1;
+        match outcome {
+            StepOutcome::Done | StepOutcome::Unexpected => self.end_step(now),
+            StepOutcome::Located(counts) => {
+                self.state.to_process[index] = self.servo(index).model().angle(counts);
+                self.state.goals[index] = counts;
+                self.end_step(now);
+            }
+            StepOutcome::Repeat => self.repeat_step(now),
+            StepOutcome::Failed(why) => {
+                let ServoConfig { name, id, .. } = self.servo(index);
+                let why = format!("{name} (id {id}): {why}");
+                self.fail_step(now, why);
+            }
+        }
+    }
 }

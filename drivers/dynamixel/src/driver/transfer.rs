@@ -5,7 +5,8 @@ use twinrig_wire::TrafficError;
 
 use super::{DynamixelDriver, Stage, number};
 use crate::config::{ReadPattern, ServoConfig};
-use crate::protocol::{FastParts, ProtocolVersion, Status};
+use crate::fast::FastParts;
+use crate::protocol::{ProtocolVersion, Status};
 use crate::request::{BulkReads, Request};
 
 impl DynamixelDriver {

@@ -5,15 +5,8 @@ use crate::request::Span;
 /// Pending answer of a servo that is not the first one to answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Turn {
-    pub(super) span: (u16, u16),
+    pub(super) span: Span,
     pub(super) after: After,
-}
-
-impl Turn {
-    pub(super) fn span(&self) -> Span {
-        let (address, length) = self.span;
-        Span { address, length }
-    }
 }
 
 /// What precedes the answer.

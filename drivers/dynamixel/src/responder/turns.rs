@@ -5,7 +5,8 @@ use twinrig_kernel::SimTime;
 use super::Responder;
 use super::turn::{After, Turn};
 use crate::codes::ErrorNumber;
-use crate::protocol::{FastAnswer, Status, append_fast_part, is_beginning_of_fast_answer};
+use crate::fast::{FastAnswer, append_fast_part, is_beginning_of_fast_answer};
+use crate::protocol::Status;
 use crate::request::Span;
 
 impl Responder {
@@ -18,8 +19,8 @@ impl Responder {
                 match before {
                     None => self.answer_read(now, span),
                     Some(before) => {
-                        self.turn = Some(Turn {
-                            span: (span.address, span.length),
+                        self.state.turn = Some(Turn {
+                            span,
                             after: After::Answer(before),
                         });
                     }
@@ -49,9 +50,9 @@ impl Responder {
                 self.answer_fast(start, Some(answer), &[], span);
             }
             Some((span, before)) => {
-                self.common.clear();
-                self.turn = Some(Turn {
-                    span: (span.address, span.length),
+                self.state.common.clear();
+                self.state.turn = Some(Turn {
+                    span,
                     after: After::Bytes(before.length(), answer.length()),
                 });
             }
@@ -60,25 +61,25 @@ impl Responder {
 
     /// Continues the common answer to a fast read when the parts before are complete.
     pub(super) fn continue_fast(&mut self, now: SimTime) {
-        let Some(turn) = &self.turn else { return };
+        let Some(turn) = &self.state.turn else { return };
         let After::Bytes(count, all) = turn.after else {
             return;
         };
         // Where other bytes come, there is no answer: they are the next instruction.
-        if !is_beginning_of_fast_answer(&self.common, all) {
-            self.turn = None;
+        if !is_beginning_of_fast_answer(&self.state.common, all) {
+            self.state.turn = None;
             return;
         }
-        if self.common.len() < count {
+        if self.state.common.len() < count {
             return;
         }
-        let span = turn.span();
-        self.turn = None;
-        let common = std::mem::take(&mut self.common);
+        let span = turn.span;
+        self.state.turn = None;
+        let common = std::mem::take(&mut self.state.common);
         self.answer_fast(now, None, &common[..count], span);
-        self.common = common;
-        // What is heard of this packet lacks the own part.
-        self.parser.reset();
+        self.state.common = common;
+        // The received bytes of this packet lack the own part.
+        self.state.parser.reset();
     }
 
     /// Transmits a part of a common answer from `start` on.
@@ -98,8 +99,8 @@ impl Responder {
             error: self.error_byte(read.err().unwrap_or(ErrorNumber::OK)),
             data: &self.data,
         };
-        let length = self.bytes.len();
-        append_fast_part(first_of, before, &status, &mut self.bytes);
+        let length = self.state.bytes.len();
+        append_fast_part(first_of, before, &status, &mut self.state.bytes);
         self.queue(start, length);
     }
 }

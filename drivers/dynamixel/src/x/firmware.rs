@@ -22,6 +22,7 @@ use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};
 
 use super::register as r;
 use crate::firmware::{BridgeCommand, ServoFirmware, ServoMeasurements};
+use crate::profile::{Profile, ProfileLimits};
 use crate::registers::Registers;
 use crate::table::CommonRegisters;
 
@@ -30,9 +31,9 @@ const PERIOD: LocalDuration = LocalDuration::from_nanos(1_000_000);
 const PERIOD_S: f64 = 1e-3;
 
 /// Counts of a turn of the shaft.
-const COUNTS: f64 = 4_096.0;
+pub(super) const COUNTS: f64 = 4_096.0;
 /// Position of the shaft at angle 0, in both directions of rotation. ASSUMED for the reverse one.
-const CENTRE: f64 = 2_048.0;
+pub(super) const CENTRE: i32 = 2_048;
 /// Register of the duty cycle at 100 %.
 const FULL: f64 = 885.0;
 /// Unit of velocities: 0.229 rev/min, in counts per second.
@@ -72,9 +73,7 @@ pub mod hardware_error {
 pub struct XFirmware {
     /// Mode in which the loops run; none with the torque off.
     running: Option<i32>,
-    /// Set-point of the profile \[counts\], and its rate \[counts/s\].
-    set_point: f64,
-    set_rate: f64,
+    profile: Profile,
     /// Sum of errors over periods.
     integral: f64,
     /// Duty cycle.
@@ -105,8 +104,7 @@ impl Default for XFirmware {
     fn default() -> Self {
         Self {
             running: None,
-            set_point: 0.0,
-            set_rate: 0.0,
+            profile: Profile::default(),
             integral: 0.0,
             pwm: 0.0,
             turns: 0.0,
@@ -129,20 +127,16 @@ impl XFirmware {
         let change = turns - self.turns;
         self.turns = turns;
         if change != 0.0 {
-            self.set_point += change;
-            registers.set(
-                r::GOAL_POSITION,
-                registers
-                    .get(r::GOAL_POSITION)
-                    .saturating_add(whole(change)),
-            );
+            self.profile.position += change;
+            let goal = f64::from(registers.get(r::GOAL_POSITION));
+            registers.set_nearest(r::GOAL_POSITION, goal + change);
         }
     }
 
     /// Begins to run in another mode: the profile begins at the position.
     fn enter_mode(&mut self, position: f64, running: Option<i32>) {
         self.running = running;
-        (self.set_point, self.set_rate) = (position, 0.0);
+        self.profile = Profile::at(position);
         (self.integral, self.overload) = (0.0, 0);
     }
 
@@ -189,9 +183,9 @@ impl XFirmware {
 
     fn position_loop(&mut self, registers: &Registers, position: f64, velocity: f64) -> f64 {
         let get = |address| f64::from(registers.get(address));
-        let before = self.set_rate;
+        let before = self.profile.rate;
         self.follow_profile(registers);
-        let error = libm::rint(self.set_point) - position;
+        let error = libm::rint(self.profile.position) - position;
         let [p, i, d] = [r::POSITION_P_GAIN, r::POSITION_I_GAIN, r::POSITION_D_GAIN].map(get);
         if i == 0.0 {
             self.integral = 0.0;
@@ -200,12 +194,12 @@ impl XFirmware {
             let most = FULL / (POSITION_I * i);
             self.integral = (self.integral + error).clamp(-most, most);
         }
-        let change = (self.set_rate - velocity) * PERIOD_S;
-        let acceleration = (self.set_rate - before) / PERIOD_S;
+        let change = (self.profile.rate - velocity) * PERIOD_S;
+        let acceleration = (self.profile.rate - before) / PERIOD_S;
         POSITION_P * p * error
             + POSITION_I * i * self.integral
             + POSITION_D * d * change
-            + FEEDFORWARD * get(r::FEEDFORWARD_1ST_GAIN) * self.set_rate * PERIOD_S
+            + FEEDFORWARD * get(r::FEEDFORWARD_1ST_GAIN) * self.profile.rate * PERIOD_S
             + FEEDFORWARD * get(r::FEEDFORWARD_2ND_GAIN) * acceleration * PERIOD_S * PERIOD_S
     }
 
@@ -213,13 +207,13 @@ impl XFirmware {
         let get = |address| f64::from(registers.get(address));
         let goal = get(r::GOAL_VELOCITY) * VELOCITY;
         let acceleration = get(r::PROFILE_ACCELERATION) * ACCELERATION;
-        self.set_rate = if acceleration > 0.0 {
+        self.profile.rate = if acceleration > 0.0 {
             let most = acceleration * PERIOD_S;
-            self.set_rate + (goal - self.set_rate).clamp(-most, most)
+            self.profile.rate + (goal - self.profile.rate).clamp(-most, most)
         } else {
             goal
         };
-        let error = (self.set_rate - velocity) / VELOCITY;
+        let error = (self.profile.rate - velocity) / VELOCITY;
         let [p, i] = [r::VELOCITY_P_GAIN, r::VELOCITY_I_GAIN].map(get);
         if i > 0.0 {
             let most = FULL / (VELOCITY_I * i);
@@ -234,28 +228,15 @@ impl XFirmware {
         let goal = f64::from(registers.get(r::GOAL_POSITION));
         let speed = f64::from(registers.get(r::PROFILE_VELOCITY)) * VELOCITY;
         let acceleration = f64::from(registers.get(r::PROFILE_ACCELERATION)) * ACCELERATION;
-        let distance = goal - self.set_point;
         if speed == 0.0 {
-            (self.set_point, self.set_rate) = (goal, 0.0);
+            self.profile = Profile::at(goal);
             return;
         }
-        if acceleration == 0.0 {
-            self.set_rate = speed.copysign(distance);
-        } else {
-            let change = acceleration * PERIOD_S;
-            // The rate from which the set-point can still stop at the goal, after a whole step.
-            let stopping = (0.25 * change * change + 2.0 * acceleration * distance.abs()).sqrt();
-            let wanted = speed
-                .min((stopping - 0.5 * change).max(0.0))
-                .copysign(distance);
-            self.set_rate += (wanted - self.set_rate).clamp(-change, change);
-        }
-        let moved = self.set_rate * PERIOD_S;
-        if moved.abs() >= distance.abs() && moved * distance >= 0.0 {
-            (self.set_point, self.set_rate) = (goal, 0.0);
-        } else {
-            self.set_point += moved;
-        }
+        let limits = ProfileLimits {
+            speed,
+            acceleration,
+        };
+        self.profile.approach(goal, limits, PERIOD_S);
     }
 
     /// Moves the duty cycle towards `goal` at its greatest slope.
@@ -295,7 +276,7 @@ impl XFirmware {
         }
     }
 
-    /// Stops the servo when it has heard no instruction for too long.
+    /// Stops the servo without an instruction for too long.
     fn watch_bus(&mut self, registers: &mut Registers, instructions: u64) {
         self.silence = if instructions == self.instructions {
             self.silence + 1
@@ -333,14 +314,14 @@ impl XFirmware {
         let ticks = i32::try_from(self.ticks % 32_768).unwrap_or_default();
         registers.set(r::REALTIME_TICK, ticks);
         registers.set(r::MOVING, i32::from(velocity.abs() > threshold));
-        registers.set(r::PRESENT_PWM, whole(self.pwm));
-        registers.set(r::PRESENT_CURRENT, whole(1e3 * current));
-        registers.set(r::PRESENT_VELOCITY, whole(velocity));
-        registers.set(r::PRESENT_POSITION, whole(position));
-        registers.set(r::VELOCITY_TRAJECTORY, whole(self.set_rate / VELOCITY));
-        registers.set(r::POSITION_TRAJECTORY, whole(self.set_point));
-        registers.set(r::PRESENT_INPUT_VOLTAGE, whole(10.0 * measured.voltage));
-        registers.set(r::PRESENT_TEMPERATURE, whole(measured.temperature));
+        registers.set_nearest(r::PRESENT_PWM, self.pwm);
+        registers.set_nearest(r::PRESENT_CURRENT, 1e3 * current);
+        registers.set_nearest(r::PRESENT_VELOCITY, velocity);
+        registers.set_nearest(r::PRESENT_POSITION, position);
+        registers.set_nearest(r::VELOCITY_TRAJECTORY, self.profile.rate / VELOCITY);
+        registers.set_nearest(r::POSITION_TRAJECTORY, self.profile.position);
+        registers.set_nearest(r::PRESENT_INPUT_VOLTAGE, 10.0 * measured.voltage);
+        registers.set_nearest(r::PRESENT_TEMPERATURE, measured.temperature);
     }
 }
 
@@ -365,7 +346,8 @@ impl ServoFirmware for XFirmware {
         } else {
             -1.0
         };
-        let encoder = libm::rint(sign * measured.angle / core::f64::consts::TAU * COUNTS) + CENTRE;
+        let encoder =
+            libm::rint(sign * measured.angle / core::f64::consts::TAU * COUNTS) + f64::from(CENTRE);
         let offset = f64::from(registers.get(r::HOMING_OFFSET));
         let enabled = registers.get(r::TORQUE_ENABLE) != 0;
         let in_mode = registers.get(r::OPERATING_MODE);
@@ -387,7 +369,7 @@ impl ServoFirmware for XFirmware {
             self.approach(registers, goal, measured.voltage);
             BridgeCommand::Duty(sign * self.pwm / FULL)
         } else {
-            (self.set_point, self.set_rate, self.pwm) = (position, 0.0, 0.0);
+            (self.profile, self.pwm) = (Profile::at(position), 0.0);
             BridgeCommand::Open
         };
         self.report(registers, position, velocity, current, measured);
@@ -402,10 +384,4 @@ impl ServoFirmware for XFirmware {
         *self = snapshot.read()?;
         Ok(())
     }
-}
-
-/// Returns the nearest integer of 32 bits.
-#[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
-fn whole(value: f64) -> i32 {
-    libm::rint(value) as i32
 }

@@ -1,14 +1,10 @@
-use super::XFirmware;
-use super::register::{
-    BUS_WATCHDOG, CURRENT_LIMIT, GOAL_CURRENT, GOAL_POSITION, GOAL_PWM, MAX_POSITION_LIMIT,
-    MIN_POSITION_LIMIT, OPERATING_MODE, PRESENT_POSITION, PWM_LIMIT, VELOCITY_LIMIT,
-};
+use super::firmware::{CENTRE, COUNTS, XFirmware};
+use super::register as r;
+use crate::codes::Errors;
 use crate::firmware::ServoKind;
 use crate::protocol::ProtocolVersion;
-use crate::table::{
-    Bounds, CommonRegisters, Derived, Errors, Indirect, PositionScale, Register, ReturnDelay,
-    ServoModel,
-};
+use crate::register::{Bounds, Register, registers};
+use crate::table::{CommonRegisters, Derived, Indirect, PositionScale, ReturnDelay, ServoModel};
 
 /// Position control, the operating mode in which the limits of the position hold.
 const POSITION_CONTROL: i32 = 3;
@@ -45,18 +41,26 @@ static MODEL: ServoModel = ServoModel {
         return_delay: ReturnDelay::Register(9),
         status_level: 68,
         status_offset: 0,
-        torque: 64,
+        torque: r::TORQUE_ENABLE,
         lock: None,
         registered: Some(69),
-        hardware_error: Some(70),
-        moving: 122,
-        watchdog: Some((BUS_WATCHDOG, &[100, 102, 104, 116])),
+        hardware_error: Some(r::HARDWARE_ERROR_STATUS),
+        moving: r::MOVING,
+        watchdog: Some((
+            r::BUS_WATCHDOG,
+            &[
+                r::GOAL_PWM,
+                r::GOAL_CURRENT,
+                r::GOAL_VELOCITY,
+                r::GOAL_POSITION,
+            ],
+        )),
     },
     position: PositionScale {
-        goal: GOAL_POSITION,
-        present: PRESENT_POSITION,
-        counts_per_turn: 4_096.0,
-        centre: 2_048,
+        goal: r::GOAL_POSITION,
+        present: r::PRESENT_POSITION,
+        counts_per_turn: COUNTS,
+        centre: CENTRE,
     },
     derived: DERIVED,
     lacks: &[],
@@ -69,17 +73,17 @@ static MODEL: ServoModel = ServoModel {
 /// Another operating mode has the initial gains, no profile, and duty cycle and current at their
 /// limits (manual, note on the operating mode).
 const DERIVED: &[Derived] = &[
-    limit(GOAL_PWM, PWM_LIMIT),
-    limit(GOAL_CURRENT, CURRENT_LIMIT),
-    initial(76),
-    initial(78),
-    initial(80),
-    initial(82),
-    initial(84),
-    initial(88),
-    initial(90),
-    initial(108),
-    initial(112),
+    limit(r::GOAL_PWM, r::PWM_LIMIT),
+    limit(r::GOAL_CURRENT, r::CURRENT_LIMIT),
+    initial(r::VELOCITY_I_GAIN),
+    initial(r::VELOCITY_P_GAIN),
+    initial(r::POSITION_D_GAIN),
+    initial(r::POSITION_I_GAIN),
+    initial(r::POSITION_P_GAIN),
+    initial(r::FEEDFORWARD_2ND_GAIN),
+    initial(r::FEEDFORWARD_1ST_GAIN),
+    initial(r::PROFILE_ACCELERATION),
+    initial(r::PROFILE_VELOCITY),
 ];
 
 const fn limit(register: u16, from: u16) -> Derived {
@@ -87,7 +91,7 @@ const fn limit(register: u16, from: u16) -> Derived {
         register,
         from: Some(from),
         at_start: true,
-        by_write: Some(OPERATING_MODE),
+        by_write: Some(r::OPERATING_MODE),
     }
 }
 
@@ -96,11 +100,11 @@ const fn initial(register: u16) -> Derived {
         register,
         from: None,
         at_start: false,
-        by_write: Some(OPERATING_MODE),
+        by_write: Some(r::OPERATING_MODE),
     }
 }
 
-const ITEMS: &[Register] = &[
+const ITEMS: &[Register] = registers(&[
     Register::read_only(0, 2, "model_number").of(1_200),
     Register::read_only(2, 4, "model_information").assumed(0),
     // The version that has fast sync read and the indirect registers at these addresses.
@@ -137,11 +141,18 @@ const ITEMS: &[Register] = &[
     Register::ram(84, 2, "position_p_gain", 400, GAIN),
     Register::ram(88, 2, "feedforward_2nd_gain", 0, GAIN),
     Register::ram(90, 2, "feedforward_1st_gain", 0, GAIN),
-    // −1 is set by the servo, when it has heard no instruction for too long.
+    // −1 is set by the servo, without an instruction for too long.
     Register::ram(98, 1, "bus_watchdog", 0, Bounds::Between(0, 127)),
-    Register::ram(100, 2, "goal_pwm", 885, Bounds::Limit(PWM_LIMIT)).assumed(885),
-    Register::ram(102, 2, "goal_current", 1_750, Bounds::Limit(CURRENT_LIMIT)).assumed(1_750),
-    Register::ram(104, 4, "goal_velocity", 0, Bounds::Limit(VELOCITY_LIMIT)),
+    Register::ram(100, 2, "goal_pwm", 885, Bounds::Limit(r::PWM_LIMIT)).assumed(885),
+    Register::ram(
+        102,
+        2,
+        "goal_current",
+        1_750,
+        Bounds::Limit(r::CURRENT_LIMIT),
+    )
+    .assumed(1_750),
+    Register::ram(104, 4, "goal_velocity", 0, Bounds::Limit(r::VELOCITY_LIMIT)),
     Register::ram(
         108,
         4,
@@ -163,11 +174,11 @@ const ITEMS: &[Register] = &[
     Register::read_only(144, 2, "present_input_voltage"),
     Register::read_only(146, 1, "present_temperature"),
     Register::read_only(147, 1, "backup_ready"),
-];
+]);
 
 const GOAL_POSITIONS: Bounds = Bounds::Positions {
-    limits: [MIN_POSITION_LIMIT, MAX_POSITION_LIMIT],
-    mode: OPERATING_MODE,
+    limits: [r::MIN_POSITION_LIMIT, r::MAX_POSITION_LIMIT],
+    mode: r::OPERATING_MODE,
     in_mode: POSITION_CONTROL,
     otherwise: TURNS,
 };
