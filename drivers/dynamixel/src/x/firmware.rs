@@ -11,8 +11,9 @@
 //! | profiles, slope of the duty cycle, bus watchdog, shutdown | documented, not compared |
 //!
 //! The unit of the duty cycle is that of its register: 885 are 100 %. The manual gives the
-//! controller's gain as `K/128`; logs of a real servo show `K/256` of the error in counts. That the
-//! other documented gains are half of the manual's, too, is ASSUMED.
+//! controller's gain as `K/128`; logs of a real XL330 show `K/256` of the error in counts, so that
+//! its factor of all gains is ½. That it is the same for the other gains is ASSUMED, and so is that
+//! the XM430 has the manual's.
 //!
 //! Registers without effect: bits 2 and 3 of the drive mode (time-based profile, torque on by a
 //! goal), startup configuration, moving status, LED.
@@ -40,14 +41,14 @@ const FULL: f64 = 885.0;
 const VELOCITY: f64 = 0.229 / 60.0 * COUNTS;
 /// Unit of accelerations: 214.577 rev/min², in counts per second squared.
 const ACCELERATION: f64 = 214.577 / 3_600.0 * COUNTS;
-/// Duty cycle for an error of one count at a gain of 1 (logs in Rhoban/bam, see
-/// benches/xl330.toml).
-const POSITION_P: f64 = 1.0 / 256.0;
-const POSITION_I: f64 = 0.5 / 65_536.0;
-const POSITION_D: f64 = 0.5 / 16.0;
-const FEEDFORWARD: f64 = 0.5 / 4.0;
-const VELOCITY_P: f64 = 0.5 / 128.0;
-const VELOCITY_I: f64 = 0.5 / 65_536.0;
+/// Gains of the controllers for 1 in their registers (manual, "Position PID Gain" and "Velocity PI
+/// Gain"), before [`Scales::gain`].
+const POSITION_P: f64 = 1.0 / 128.0;
+const POSITION_I: f64 = 1.0 / 65_536.0;
+const POSITION_D: f64 = 1.0 / 16.0;
+const FEEDFORWARD: f64 = 1.0 / 4.0;
+const VELOCITY_P: f64 = 1.0 / 128.0;
+const VELOCITY_I: f64 = 1.0 / 65_536.0;
 /// Duty cycle for each milliampere of an error of the current in each period. ASSUMED.
 const CURRENT_I: f64 = 0.05;
 /// Unit of the slope of the duty cycle \[V/s\].
@@ -68,9 +69,19 @@ pub mod hardware_error {
     pub const OVERLOAD: i32 = 1 << 5;
 }
 
+/// Scales of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scales {
+    /// Factor of all gains.
+    pub gain: f64,
+    /// Unit of currents \[mA\].
+    pub milliamperes: f64,
+}
+
 /// Inner loops of a servo of the X series.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct XFirmware {
+    scales: Scales,
     /// Mode in which the loops run; none with the torque off.
     running: Option<i32>,
     profile: Profile,
@@ -100,9 +111,11 @@ mod mode {
     pub(super) const PWM: i32 = 16;
 }
 
-impl Default for XFirmware {
-    fn default() -> Self {
+impl XFirmware {
+    /// Creates the firmware at power-on.
+    pub fn new(scales: Scales) -> Self {
         Self {
+            scales,
             running: None,
             profile: Profile::default(),
             integral: 0.0,
@@ -115,9 +128,7 @@ impl Default for XFirmware {
             overload: 0,
         }
     }
-}
 
-impl XFirmware {
     /// Forgets whole turns, also of goal and set-point: at power-on, when position control begins,
     /// and by an instruction (manual, "Homing Offset" and "Present Position"; that goal and
     /// set-point follow is ASSUMED).
@@ -157,9 +168,10 @@ impl XFirmware {
                 let demanded = self.position_loop(registers, position, velocity);
                 // Beyond the goal of the current the duty cycle recedes from where it is.
                 let most = limit(r::CURRENT_LIMIT, get(r::GOAL_CURRENT).abs());
-                let excess = 1e3 * current.abs() - most;
+                let excess = current.abs() - most;
                 if excess > 0.0 {
-                    let reduced = (self.pwm.abs() - CURRENT_I * excess).max(0.0);
+                    let change = CURRENT_I * self.scales.milliamperes * excess;
+                    let reduced = (self.pwm.abs() - change).max(0.0);
                     demanded.clamp(-reduced, reduced)
                 } else {
                     demanded
@@ -169,7 +181,7 @@ impl XFirmware {
             mode::CURRENT => {
                 let most = get(r::CURRENT_LIMIT);
                 let goal = get(r::GOAL_CURRENT).clamp(-most, most);
-                self.pwm + CURRENT_I * (goal - 1e3 * current)
+                self.pwm + CURRENT_I * self.scales.milliamperes * (goal - current)
             }
             mode::PWM => get(r::GOAL_PWM),
             _ => 0.0,
@@ -191,16 +203,17 @@ impl XFirmware {
             self.integral = 0.0;
         } else {
             // Bounded, so that it does not wind up.
-            let most = FULL / (POSITION_I * i);
+            let most = FULL / (self.scales.gain * POSITION_I * i);
             self.integral = (self.integral + error).clamp(-most, most);
         }
         let change = (self.profile.rate - velocity) * PERIOD_S;
         let acceleration = (self.profile.rate - before) / PERIOD_S;
-        POSITION_P * p * error
+        let duty = POSITION_P * p * error
             + POSITION_I * i * self.integral
             + POSITION_D * d * change
             + FEEDFORWARD * get(r::FEEDFORWARD_1ST_GAIN) * self.profile.rate * PERIOD_S
-            + FEEDFORWARD * get(r::FEEDFORWARD_2ND_GAIN) * acceleration * PERIOD_S * PERIOD_S
+            + FEEDFORWARD * get(r::FEEDFORWARD_2ND_GAIN) * acceleration * PERIOD_S * PERIOD_S;
+        self.scales.gain * duty
     }
 
     fn velocity_loop(&mut self, registers: &Registers, velocity: f64) -> f64 {
@@ -216,10 +229,10 @@ impl XFirmware {
         let error = (self.profile.rate - velocity) / VELOCITY;
         let [p, i] = [r::VELOCITY_P_GAIN, r::VELOCITY_I_GAIN].map(get);
         if i > 0.0 {
-            let most = FULL / (VELOCITY_I * i);
+            let most = FULL / (self.scales.gain * VELOCITY_I * i);
             self.integral = (self.integral + error).clamp(-most, most);
         }
-        VELOCITY_P * p * error + VELOCITY_I * i * self.integral
+        self.scales.gain * (VELOCITY_P * p * error + VELOCITY_I * i * self.integral)
     }
 
     /// Moves the set-point towards the goal: at once, or at the greatest speed and acceleration of
@@ -241,6 +254,11 @@ impl XFirmware {
 
     /// Moves the duty cycle towards `goal` at its greatest slope.
     fn approach(&mut self, registers: &Registers, goal: f64, voltage: f64) {
+        // A model without the register has no limit.
+        if registers.model().item(r::PWM_SLOPE).is_none() {
+            self.pwm = goal;
+            return;
+        }
         let slope = f64::from(registers.get(r::PWM_SLOPE)) * SLOPE;
         let change = slope * PERIOD_S / voltage.max(1.0) * FULL;
         self.pwm += (goal - self.pwm).clamp(-change, change);
@@ -315,7 +333,7 @@ impl XFirmware {
         registers.set(r::REALTIME_TICK, ticks);
         registers.set(r::MOVING, i32::from(velocity.abs() > threshold));
         registers.set_nearest(r::PRESENT_PWM, self.pwm);
-        registers.set_nearest(r::PRESENT_CURRENT, 1e3 * current);
+        registers.set_nearest(r::PRESENT_CURRENT, current);
         registers.set_nearest(r::PRESENT_VELOCITY, velocity);
         registers.set_nearest(r::PRESENT_POSITION, position);
         registers.set_nearest(r::VELOCITY_TRAJECTORY, self.profile.rate / VELOCITY);
@@ -357,7 +375,7 @@ impl ServoFirmware for XFirmware {
         }
         let position = encoder + self.turns + offset;
         let velocity = sign * measured.rate / core::f64::consts::TAU * COUNTS;
-        let current = sign * measured.current;
+        let current = sign * 1e3 * measured.current / self.scales.milliamperes;
         self.check_hardware(registers, measured, velocity);
         self.watch_bus(registers, instructions);
         let enabled = registers.get(r::TORQUE_ENABLE) != 0;
@@ -381,7 +399,14 @@ impl ServoFirmware for XFirmware {
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        *self = snapshot.read()?;
+        let saved: Self = snapshot.read()?;
+        if saved.scales != self.scales {
+            return Err(SnapshotError::Mismatch {
+                expected: format!("{:?}", self.scales),
+                found: format!("{:?}", saved.scales),
+            });
+        }
+        *self = saved;
         Ok(())
     }
 }

@@ -1,25 +1,24 @@
-use super::firmware::{CENTRE, COUNTS, XFirmware};
+use super::firmware::{Scales, XFirmware};
 use super::register as r;
+use super::series::{DERIVED, GAIN, GOAL_POSITIONS, MODES, POSITION, ROLES};
 use crate::codes::Errors;
 use crate::firmware::ServoKind;
 use crate::protocol::ProtocolVersion;
 use crate::register::{Bounds, Register, registers};
-use crate::table::{CommonRegisters, Derived, Indirect, PositionScale, ReturnDelay, ServoModel};
+use crate::table::{Indirect, ServoModel};
 
-/// Position control, the operating mode in which the limits of the position hold.
-const POSITION_CONTROL: i32 = 3;
-/// Greatest goal of the position in other modes: 256 turns.
-const TURNS: i32 = 1_048_575;
-/// Operating modes: current, velocity, position, extended position, current-based position, PWM.
-const MODES: &[i32] = &[0, 1, 3, 4, 5, 16];
-const GAIN: Bounds = Bounds::Between(0, 16_383);
+/// Units of the registers. The factor of the gains is that of the logs in benches/xl330.toml.
+const SCALES: Scales = Scales {
+    gain: 0.5,
+    milliamperes: 1.0,
+};
 
 /// XL330-M288-T, by the table in the vendor's manual (emanual.robotis.com,
 /// docs/en/dxl/x/xl330-m288, sections "Control Table of EEPROM Area" and "of RAM Area"). Lines with
 /// another source say so.
 pub static XL330_M288: ServoKind = ServoKind {
     model: &MODEL,
-    firmware: || Box::new(XFirmware::default()),
+    firmware: || Box::new(XFirmware::new(SCALES)),
 };
 
 static MODEL: ServoModel = ServoModel {
@@ -33,35 +32,8 @@ static MODEL: ServoModel = ServoModel {
         targets: [64, 227],
     }],
     errors: Errors::Numbers,
-    roles: CommonRegisters {
-        model: 0,
-        firmware: 6,
-        id: 7,
-        baud_rate: 8,
-        return_delay: ReturnDelay::Register(9),
-        status_level: 68,
-        status_offset: 0,
-        torque: r::TORQUE_ENABLE,
-        lock: None,
-        registered: Some(69),
-        hardware_error: Some(r::HARDWARE_ERROR_STATUS),
-        moving: r::MOVING,
-        watchdog: Some((
-            r::BUS_WATCHDOG,
-            &[
-                r::GOAL_PWM,
-                r::GOAL_CURRENT,
-                r::GOAL_VELOCITY,
-                r::GOAL_POSITION,
-            ],
-        )),
-    },
-    position: PositionScale {
-        goal: r::GOAL_POSITION,
-        present: r::PRESENT_POSITION,
-        counts_per_turn: COUNTS,
-        centre: CENTRE,
-    },
+    roles: ROLES,
+    position: POSITION,
     derived: DERIVED,
     lacks: &[],
     is_strict: true,
@@ -69,40 +41,6 @@ static MODEL: ServoModel = ServoModel {
         9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000,
     ],
 };
-
-/// Another operating mode has the initial gains, no profile, and duty cycle and current at their
-/// limits (manual, note on the operating mode).
-const DERIVED: &[Derived] = &[
-    limit(r::GOAL_PWM, r::PWM_LIMIT),
-    limit(r::GOAL_CURRENT, r::CURRENT_LIMIT),
-    initial(r::VELOCITY_I_GAIN),
-    initial(r::VELOCITY_P_GAIN),
-    initial(r::POSITION_D_GAIN),
-    initial(r::POSITION_I_GAIN),
-    initial(r::POSITION_P_GAIN),
-    initial(r::FEEDFORWARD_2ND_GAIN),
-    initial(r::FEEDFORWARD_1ST_GAIN),
-    initial(r::PROFILE_ACCELERATION),
-    initial(r::PROFILE_VELOCITY),
-];
-
-const fn limit(register: u16, from: u16) -> Derived {
-    Derived {
-        register,
-        from: Some(from),
-        at_start: true,
-        by_write: Some(r::OPERATING_MODE),
-    }
-}
-
-const fn initial(register: u16) -> Derived {
-    Derived {
-        register,
-        from: None,
-        at_start: false,
-        by_write: Some(r::OPERATING_MODE),
-    }
-}
 
 const ITEMS: &[Register] = registers(&[
     Register::read_only(0, 2, "model_number").of(1_200),
@@ -175,10 +113,3 @@ const ITEMS: &[Register] = registers(&[
     Register::read_only(146, 1, "present_temperature"),
     Register::read_only(147, 1, "backup_ready"),
 ]);
-
-const GOAL_POSITIONS: Bounds = Bounds::Positions {
-    limits: [r::MIN_POSITION_LIMIT, r::MAX_POSITION_LIMIT],
-    mode: r::OPERATING_MODE,
-    in_mode: POSITION_CONTROL,
-    otherwise: TURNS,
-};

@@ -1,7 +1,7 @@
 //! The inner loops: the duty cycle against logs of a real servo, and the other modes as documented.
 
-use twinrig_dynamixel::x::{XFirmware, XL330_M288, register as r};
-use twinrig_dynamixel::{BridgeCommand, Registers, ServoFirmware, ServoMeasurements};
+use twinrig_dynamixel::x::{XL330_M288, XM430_W350, register as r};
+use twinrig_dynamixel::{BridgeCommand, Registers, ServoMeasurements};
 
 /// 5 V, room temperature.
 const AT_REST: ServoMeasurements = ServoMeasurements {
@@ -18,7 +18,7 @@ fn registers(mode: i32, values: &[(u16, i32)]) -> Registers {
     registers
         .write(r::OPERATING_MODE, &mode.to_le_bytes()[..1])
         .unwrap();
-    XFirmware::default().step(&mut registers, &AT_REST, 0);
+    (XL330_M288.firmware)().step(&mut registers, &AT_REST, 0);
     registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
     for &(address, value) in values {
         registers.set(address, value);
@@ -28,7 +28,7 @@ fn registers(mode: i32, values: &[(u16, i32)]) -> Registers {
 
 /// Returns the duty cycle after some periods at rest \[register\].
 fn settled(registers: &mut Registers, goal: (u16, i32), periods: u32) -> f64 {
-    let mut firmware = XFirmware::default();
+    let mut firmware = (XL330_M288.firmware)();
     firmware.step(registers, &AT_REST, 0);
     registers.set(goal.0, goal.1);
     let mut duty = 0.0;
@@ -97,7 +97,7 @@ mod logs {
                 ..AT_REST
             };
             registers.set(r::MAX_VOLTAGE_LIMIT, 80);
-            let mut firmware = XFirmware::default();
+            let mut firmware = (XL330_M288.firmware)();
             let counts = sample.goal / std::f64::consts::TAU * 4_096.0 + 2_048.0;
             #[expect(
                 clippy::cast_possible_truncation,
@@ -162,7 +162,7 @@ fn torque_off_opens_the_bridge_and_reports_measurements() {
         voltage: 5.04,
         temperature: 30.4,
     };
-    let bridge = XFirmware::default().step(&mut registers, &measured, 0);
+    let bridge = (XL330_M288.firmware)().step(&mut registers, &measured, 0);
     assert_eq!(bridge, BridgeCommand::Open);
     // 2048 + 0.5/2π · 4096; −2 rad/s of 0.02398 rad/s; mA; 0.1 V; °C.
     for (address, expected) in [
@@ -215,7 +215,7 @@ fn duty_cycle_rises_at_the_documented_slope() {
 fn profiles_have_the_documented_times() {
     let [velocity, acceleration, distance] = [200, 100, 1_000];
     let mut registers = registers(4, &[]);
-    let mut firmware = XFirmware::default();
+    let mut firmware = (XL330_M288.firmware)();
     firmware.step(&mut registers, &AT_REST, 0);
     for (address, value) in [
         (r::PROFILE_VELOCITY, velocity),
@@ -250,7 +250,7 @@ fn velocity_and_current_loops_approach_their_goals() {
     // A motor without load: 0.3 V·s/rad at 5 V, 3.4 Ω.
     let ends = |mode, goal: (u16, i32)| {
         let mut registers = registers(mode, &[]);
-        let mut firmware = XFirmware::default();
+        let mut firmware = (XL330_M288.firmware)();
         let mut measured = AT_REST;
         registers.set(goal.0, goal.1);
         for _ in 0..5_000 {
@@ -273,7 +273,7 @@ fn velocity_and_current_loops_approach_their_goals() {
 #[test]
 fn silence_of_the_bus_stops_the_servo() {
     let mut registers = registers(3, &[(r::BUS_WATCHDOG, 2)]);
-    let mut firmware = XFirmware::default();
+    let mut firmware = (XL330_M288.firmware)();
     for period in 0..200 {
         // An instruction every 30 ms.
         firmware.step(&mut registers, &AT_REST, period / 30);
@@ -290,7 +290,7 @@ fn silence_of_the_bus_stops_the_servo() {
 fn silence_of_the_bus_ends_duty_cycles_and_currents() {
     for (mode, goal) in [(16, r::GOAL_PWM), (0, r::GOAL_CURRENT)] {
         let mut registers = registers(mode, &[(goal, 500), (r::BUS_WATCHDOG, 2)]);
-        let mut firmware = XFirmware::default();
+        let mut firmware = (XL330_M288.firmware)();
         let mut duty = 0.0;
         for period in 0..200 {
             let measured = ServoMeasurements {
@@ -321,7 +321,7 @@ fn positions_are_within_one_turn_where_they_should_be() {
     for (mode, expected) in [(3, counts - 4_096), (4, counts)] {
         let mut registers = Registers::new(XL330_M288.model);
         registers.write(r::OPERATING_MODE, &[mode]).unwrap();
-        let mut firmware = XFirmware::default();
+        let mut firmware = (XL330_M288.firmware)();
         firmware.step(&mut registers, &AT_REST, 0);
         firmware.step(&mut registers, &far, 0);
         registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
@@ -339,7 +339,7 @@ fn positions_are_within_one_turn_where_they_should_be() {
 #[test]
 fn supply_outside_of_its_limits_shuts_the_servo_down_until_it_restarts() {
     let mut registers = registers(3, &[]);
-    let mut firmware = XFirmware::default();
+    let mut firmware = (XL330_M288.firmware)();
     let low = ServoMeasurements {
         voltage: 3.4,
         ..AT_REST
@@ -380,4 +380,30 @@ fn goals_are_refused_after_silence() {
     assert_eq!(refused, Err(twinrig_dynamixel::ErrorNumber::DATA_RANGE));
     registers.write(r::BUS_WATCHDOG, &[0]).unwrap();
     registers.write(r::GOAL_POSITION, &goal).unwrap();
+}
+
+#[test]
+fn xm430_has_the_gains_and_the_unit_of_currents_of_its_manual() {
+    let mut registers = Registers::new(XM430_W350.model);
+    let mut firmware = (XM430_W350.firmware)();
+    let measured = ServoMeasurements {
+        voltage: 12.0,
+        current: 0.269,
+        ..AT_REST
+    };
+    registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
+    firmware.step(&mut registers, &measured, 0);
+    let goal = registers.get(r::PRESENT_POSITION) + 32;
+    registers
+        .write(r::GOAL_POSITION, &goal.to_le_bytes())
+        .unwrap();
+    // 800/128 · 32 = 200 of 885, at once: the model has no slope of the duty cycle.
+    let bridge = firmware.step(&mut registers, &measured, 0);
+    assert_eq!(bridge, BridgeCommand::Duty(200.0 / 885.0));
+    assert_eq!(registers.get(r::PRESENT_PWM), 200);
+    // 269 mA in units of 2.69 mA.
+    assert_eq!(registers.get(r::PRESENT_CURRENT), 100);
+    // It is no state of another model.
+    let mut other = (XL330_M288.firmware)();
+    assert!(other.restore(&firmware.save()).is_err());
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use twinrig_dynamixel::x::{XL330_M288, register};
+use twinrig_dynamixel::x::{XL330_M288, XM430_W350, register};
 use twinrig_dynamixel::{Access, Bounds, Registers, ServoModel};
 use twinrig_testing::python;
 
@@ -55,28 +55,34 @@ fn xl330_m288_is_that_of_the_vendors_library() {
 }
 
 #[test]
+fn xm430_w350_is_that_of_the_vendors_library() {
+    check(XM430_W350.model, "xm430_w350", &[]);
+}
+
+#[test]
 fn roles_and_limits_refer_to_registers() {
-    let model = XL330_M288.model;
-    let registers = Registers::new(model);
-    for item in model.items {
-        assert_eq!(registers.get(item.address), item.initial, "{}", item.name);
-        if let Bounds::Limit(address) = item.bounds {
-            assert!(item.initial <= registers.get(address), "{}", item.name);
+    for (model, size) in [(XL330_M288.model, 228), (XM430_W350.model, 662)] {
+        let registers = Registers::new(model);
+        for item in model.items {
+            assert_eq!(registers.get(item.address), item.initial, "{}", item.name);
+            if let Bounds::Limit(address) = item.bounds {
+                assert!(item.initial <= registers.get(address), "{}", item.name);
+            }
         }
+        let roles = model.roles;
+        let addresses = [
+            roles.status_level,
+            roles.torque,
+            roles.id,
+            roles.baud_rate,
+            register::GOAL_POSITION,
+        ];
+        for address in addresses {
+            let item = model.item(address).unwrap();
+            assert_ne!(item.access, Access::ReadOnly, "{}", item.name);
+        }
+        let rate = usize::try_from(registers.get(roles.baud_rate)).unwrap();
+        assert_eq!(model.baud_rates[rate], 57_600);
+        assert_eq!(model.size(), size);
     }
-    let roles = model.roles;
-    let addresses = [
-        roles.status_level,
-        roles.torque,
-        roles.id,
-        roles.baud_rate,
-        register::GOAL_POSITION,
-    ];
-    for address in addresses {
-        let item = model.item(address).unwrap();
-        assert_ne!(item.access, Access::ReadOnly, "{}", item.name);
-    }
-    let rate = usize::try_from(registers.get(roles.baud_rate)).unwrap();
-    assert_eq!(model.baud_rates[rate], 57_600);
-    assert_eq!(model.size(), 228);
 }
