@@ -118,7 +118,7 @@ impl Errors {
     /// Returns whether an error byte reports a hardware error, and whether it reports that the
     /// instruction was refused.
     pub(crate) fn of_byte(self, error: u8) -> ReportedErrors {
-        const OF_INSTRUCTION: u8 = 0b0101_1000;
+        const OF_INSTRUCTION: u8 = 0b0101_1010;
         match self {
             Self::Numbers => ReportedErrors {
                 hardware: error & ErrorNumber::ALERT != 0,
@@ -137,6 +137,7 @@ impl Errors {
 
     /// Returns the error byte of an answer.
     pub(crate) fn byte(self, error: ErrorNumber, hardware: u8) -> u8 {
+        const ANGLE_LIMIT: u8 = 1 << 1;
         const RANGE: u8 = 1 << 3;
         const CHECKSUM: u8 = 1 << 4;
         const INSTRUCTION: u8 = 1 << 6;
@@ -150,6 +151,7 @@ impl Errors {
                         ErrorNumber::OK => 0,
                         ErrorNumber::CRC => CHECKSUM,
                         ErrorNumber::INSTRUCTION => INSTRUCTION,
+                        ErrorNumber::DATA_LIMIT => ANGLE_LIMIT,
                         _ => RANGE,
                     }
             }

@@ -195,7 +195,7 @@ impl ServoBusConfig {
         };
         for request in [goals, read] {
             if model.lacks.contains(&request.instruction()) {
-                return Err(PacketError::Unsupported("bulk read for these servos"));
+                return Err(PacketError::Lacking(request.instruction()));
             }
             request.encode(protocol, ProtocolVersion::BROADCAST, &mut Vec::new())?;
         }

@@ -1,6 +1,8 @@
 use thiserror::Error;
 use twinrig_wire::WireError;
 
+use crate::codes::Instruction;
+
 /// A packet that cannot be encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum PacketError {
@@ -15,6 +17,9 @@ pub enum PacketError {
     /// Protocol 1.0 has addresses and lengths up to 255, and fewer instructions.
     #[error("protocol 1.0 has no {0}")]
     Unsupported(&'static str),
+    /// The servos do not have the instruction.
+    #[error("the servos do not have the instruction `{0}`")]
+    Lacking(Instruction),
 }
 
 /// A bus that cannot be built.

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | packets | [`ProtocolVersion`] encodes and matches them, [`Parser`] finds them in a stream |
 //! | instructions | [`Request`], with [`Instruction`] and [`ErrorNumber`] |
-//! | control tables | [`ServoModel`] and its [`Register`]s; [`x`] has those of the X series, and its firmware |
+//! | control tables | [`ServoModel`] and its [`Register`]s; [`x`] and [`ax`] have those of the X and AX series, and their firmware |
 //! | servo | [`Registers`], with the access rules of the bus; [`Responder`], which answers; [`ServoFirmware`]; [`ServoNode`], all of them with a plant |
 //! | bus | [`ServoBusConfig`], of which [`DynamixelDriver`] and [`ServoBusWire`] are made |
 //!
@@ -37,6 +37,7 @@
 //! Out of scope: USB and UART (`twinrig-wire`), the motor (`twinrig-actuator`), baud rates other
 //! than that of the bus, secondary identifiers, and the time of a restart.
 
+pub mod ax;
 mod bus;
 mod codes;
 mod config;
@@ -69,4 +70,7 @@ pub use register::{Access, Bounds, Format, Register, Source, registers};
 pub use registers::Registers;
 pub use request::{BulkReads, Kept, Request, Span};
 pub use responder::{Responder, ResponderCounters};
-pub use table::{CommonRegisters, Derived, Indirect, PositionScale, ReturnDelay, ServoModel};
+pub use table::{
+    BaudRates, CommonRegisters, Derived, EepromLock, Indirect, PositionScale, ReturnDelay,
+    ServoModel,
+};

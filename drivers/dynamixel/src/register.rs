@@ -64,6 +64,13 @@ pub enum Bounds {
         /// Greatest magnitude in other modes.
         otherwise: i32,
     },
+    /// From the value of one register to that of another, or any up to `greatest` if both are 0.
+    AngleLimits {
+        /// Addresses of both limits.
+        limits: [u16; 2],
+        /// Greatest value without limits.
+        greatest: i32,
+    },
 }
 
 /// Origin of a line of a table.
@@ -82,7 +89,9 @@ impl Bounds {
     pub(crate) const fn constant(self) -> Option<[i32; 2]> {
         match self {
             Self::Between(low, high) => Some([low, high]),
-            Self::OneOf(_) | Self::Limit(_) | Self::Positions { .. } => None,
+            Self::OneOf(_) | Self::Limit(_) | Self::Positions { .. } | Self::AngleLimits { .. } => {
+                None
+            }
         }
     }
 }
@@ -224,6 +233,15 @@ impl Register {
     pub const fn with_sign_bit(self, bit: u8) -> Self {
         Self {
             format: Format::SignBit(bit),
+            ..self
+        }
+    }
+
+    /// The same with numbers without a sign.
+    #[must_use]
+    pub const fn unsigned(self) -> Self {
+        Self {
+            format: Format::Unsigned,
             ..self
         }
     }

@@ -3,7 +3,7 @@ use twinrig_kernel::{Snapshot, SnapshotError};
 use crate::codes::ErrorNumber;
 use crate::register::{Access, Bounds, Register};
 use crate::request::{Kept, Span};
-use crate::table::{CommonRegisters, Derived, Indirect, ServoModel};
+use crate::table::{CommonRegisters, Derived, EepromLock, Indirect, ServoModel};
 
 /// Registers of a servo: a control table with its values.
 ///
@@ -14,6 +14,8 @@ pub struct Registers {
     bytes: Vec<u8>,
     /// Content of the EEPROM, at its addresses: what a restart restores.
     stored: Vec<u8>,
+    /// Hardware error of a model without a register for it.
+    alarms: u8,
     /// Addresses and former values of the bytes that a write has changed so far.
     changed: Vec<(u16, u8)>,
 }
@@ -25,6 +27,7 @@ impl Registers {
             model,
             bytes: vec![0; model.size().into()],
             stored: vec![0; model.size().into()],
+            alarms: 0,
             changed: Vec::new(),
         };
         registers.reset(|_| true);
@@ -90,6 +93,16 @@ impl Registers {
             let value = derived.from.map_or_else(initial, |from| self.get(from));
             self.set(derived.register, value);
         }
+    }
+
+    /// Returns the bits of the hardware error of a model without a register for it.
+    pub fn alarms(&self) -> u8 {
+        self.alarms
+    }
+
+    /// Sets the bits of the hardware error of a model without a register for it.
+    pub fn set_alarms(&mut self, alarms: u8) {
+        self.alarms = alarms;
     }
 
     /// Returns the value of the register at an address; 0 if there is none.
@@ -164,11 +177,8 @@ impl Registers {
         } else {
             self.write_leniently(address, data);
         }
-        let is_volatile = self
-            .model
-            .roles
-            .lock
-            .is_some_and(|lock| self.get(lock) != 0);
+        let lock = self.model.roles.lock;
+        let is_volatile = matches!(lock, EepromLock::Volatile(lock) if self.get(lock) != 0);
         if !is_volatile {
             for &(address, _) in &self.changed {
                 let at = usize::from(address);
@@ -198,7 +208,11 @@ impl Registers {
 
     fn write_strictly(&mut self, address: u16, data: &[u8]) -> Result<(), ErrorNumber> {
         let roles = &self.model.roles;
-        let locked = roles.lock.is_none() && self.get(roles.torque) != 0;
+        let locked = match roles.lock {
+            EepromLock::Torque => self.get(roles.torque) != 0,
+            EepromLock::UntilRestart(lock) => self.get(lock) != 0,
+            EepromLock::Volatile(_) => false,
+        };
         let written = self.write_bytes(address, data, locked);
         let checked = written.and_then(|()| self.check_changed());
         if checked.is_err() {
@@ -255,6 +269,9 @@ impl Registers {
                     match item.access {
                         Access::ReadOnly => return Err(ErrorNumber::ACCESS),
                         Access::Eeprom if locked => return Err(ErrorNumber::ACCESS),
+                        _ if locked && self.model.roles.lock.is_register(item.address) => {
+                            return Err(ErrorNumber::ACCESS);
+                        }
                         _ if target == direct && (item.address < address || end > last) => {
                             return Err(ErrorNumber::DATA_LENGTH);
                         }
@@ -323,12 +340,18 @@ impl Registers {
                     within(-otherwise, otherwise, ErrorNumber::DATA_RANGE)
                 }
             }
+            Bounds::AngleLimits { limits, greatest } => {
+                match limits.map(|address| self.get(address)) {
+                    [0, 0] => within(0, greatest, ErrorNumber::DATA_RANGE),
+                    [low, high] => within(low, high, ErrorNumber::DATA_LIMIT),
+                }
+            }
         }
     }
 
     /// Saves the values.
     pub fn save(&self) -> Snapshot {
-        Snapshot::of(&(&self.bytes, &self.stored))
+        Snapshot::of(&(&self.bytes, &self.stored, self.alarms))
     }
 
     /// Restores saved values.
@@ -336,14 +359,14 @@ impl Registers {
     /// # Errors
     /// [`SnapshotError`] if they are of another table.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (bytes, stored): (Vec<u8>, Vec<u8>) = snapshot.read()?;
+        let (bytes, stored, alarms): (Vec<u8>, Vec<u8>, u8) = snapshot.read()?;
         if bytes.len() != self.bytes.len() || stored.len() != bytes.len() {
             return Err(SnapshotError::Mismatch {
                 expected: format!("a control table of {} bytes", self.bytes.len()),
                 found: format!("one of {}", bytes.len()),
             });
         }
-        (self.bytes, self.stored) = (bytes, stored);
+        (self.bytes, self.stored, self.alarms) = (bytes, stored, alarms);
         Ok(())
     }
 }

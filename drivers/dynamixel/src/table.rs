@@ -31,8 +31,8 @@ pub struct ServoModel {
     /// Whether a write that is not valid is refused as a whole. Otherwise values are limited, and
     /// bytes that cannot be written are left out.
     pub is_strict: bool,
-    /// Baud rates by the value of their register \[bit/s\].
-    pub baud_rates: &'static [u32],
+    /// Baud rates.
+    pub baud_rates: BaudRates,
 }
 
 /// Register that another determines.
@@ -81,12 +81,12 @@ pub struct CommonRegisters {
     pub status_offset: i32,
     /// Torque enable.
     pub torque: u16,
-    /// Register that, when it is not 0, lets writes to the EEPROM be lost at a restart. Without it
-    /// torque locks the EEPROM.
-    pub lock: Option<u16>,
+    /// Lock of the EEPROM.
+    pub lock: EepromLock,
     /// Whether a write is kept for an action, if there is such a register.
     pub registered: Option<u16>,
-    /// Hardware error, which answers report, if there is such a register.
+    /// Hardware error, which answers report; without such a register they report
+    /// [`crate::Registers::alarms`].
     pub hardware_error: Option<u16>,
     /// Whether the shaft moves.
     pub moving: u16,
@@ -105,6 +105,48 @@ pub struct PositionScale {
     pub counts_per_turn: f64,
     /// Position at angle 0.
     pub centre: i32,
+    /// Greatest goal of the driver.
+    pub greatest: i32,
+}
+
+/// Lock of the EEPROM.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EepromLock {
+    /// Writes are refused while torque is on.
+    Torque,
+    /// Writes are lost at a restart while the register at this address is not 0.
+    Volatile(u16),
+    /// Writes are refused after the register at this address has been set, until a restart.
+    UntilRestart(u16),
+}
+
+impl EepromLock {
+    /// Returns whether the register at an address is the lock.
+    pub(crate) fn is_register(self, address: u16) -> bool {
+        match self {
+            Self::Torque => false,
+            Self::Volatile(lock) | Self::UntilRestart(lock) => lock == address,
+        }
+    }
+}
+
+/// Baud rates by the value of their register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BaudRates {
+    /// These \[bit/s\], from the value 0 on.
+    Listed(&'static [u32]),
+    /// This rate \[bit/s\] divided by the value and 1.
+    Divided(u32),
+}
+
+impl BaudRates {
+    /// Returns the baud rate for a value \[bit/s\], if there is one.
+    pub fn rate(self, value: u8) -> Option<u32> {
+        match self {
+            Self::Listed(rates) => rates.get(usize::from(value)).copied(),
+            Self::Divided(rate) => Some(rate / (u32::from(value) + 1)),
+        }
+    }
 }
 
 /// Time from an instruction to its answer.
@@ -191,9 +233,9 @@ impl ServoModel {
         from_centre / self.position.counts_per_turn * core::f64::consts::TAU
     }
 
-    /// Returns the goal for an angle \[rad\], and whether it is limited to a turn; none for an
+    /// Returns the goal for an angle \[rad\], and whether it is limited to the range; none for an
     /// angle that is not a number.
-    #[expect(clippy::cast_possible_truncation, reason = "within a turn")]
+    #[expect(clippy::cast_possible_truncation, reason = "within the range")]
     pub(crate) fn goal_counts(&self, angle: f64) -> Option<(i32, bool)> {
         if angle.is_nan() {
             return None;
@@ -201,7 +243,7 @@ impl ServoModel {
         let position = &self.position;
         let exact = angle / core::f64::consts::TAU * position.counts_per_turn;
         let counts = libm::rint(exact) + f64::from(position.centre);
-        let most = position.counts_per_turn - 1.0;
+        let most = f64::from(position.greatest);
         let limited = counts.clamp(0.0, most);
         Some((limited as i32, limited != counts))
     }

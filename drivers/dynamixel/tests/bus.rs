@@ -2,6 +2,7 @@
 //! their durations, missing servos, faults, and the cost of many servos.
 
 use proptest::prelude::*;
+use twinrig_dynamixel::ax::AX12A;
 use twinrig_dynamixel::x::{XL330_M288, register as r};
 use twinrig_dynamixel::{
     DynamixelDriver, JointSignals, ReadPattern, ServoBusConfig, ServoBusWire, ServoConfig,
@@ -95,6 +96,34 @@ fn joints_reach_their_commands_by_each_pattern() {
             "{pattern:?}"
         );
     }
+}
+
+/// Servos of protocol 1.0, which are read one after the other only.
+#[test]
+fn joints_of_the_ax_series_reach_their_commands() {
+    let mut config = config(3, ReadPattern::Read);
+    for servo in &mut config.servos {
+        servo.kind = &AX12A;
+        servo.settings.clear();
+        servo.voltage = 11.1;
+    }
+    let mut rig = harness(&config);
+    rig.open().unwrap();
+    let commands = [0.5, -0.25, 0.0];
+    rig.transfers(50, PERIOD, &commands);
+    // Within the compliance margin and a half count: 1.5 of 360°/1228.8.
+    for (found, command) in rig.driver.to_process().iter().zip(commands) {
+        assert!((found - command).abs() < 7.7e-3, "{found} {command}");
+    }
+    for name in ["lost", "refused", "damaged", "unexpected", "garbage"] {
+        assert_eq!(count(&rig, name), 0.0, "{name}");
+    }
+    config.pattern = ReadPattern::SyncRead;
+    let error = config.driver().err().unwrap().to_string();
+    assert!(
+        error.ends_with("the servos do not have the instruction `sync read`"),
+        "{error}"
+    );
 }
 
 /// Bytes of a transfer of n servos on the bus, of 10 µs each, return delays of 0, and USB in steps

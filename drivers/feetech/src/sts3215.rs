@@ -1,6 +1,6 @@
 use twinrig_dynamixel::{
-    Bounds, CommonRegisters, Derived, Errors, Instruction, PositionScale, ProtocolVersion,
-    Register, ReturnDelay, ServoKind, ServoModel, registers,
+    BaudRates, Bounds, CommonRegisters, Derived, EepromLock, Errors, Instruction, PositionScale,
+    ProtocolVersion, Register, ReturnDelay, ServoKind, ServoModel, registers,
 };
 use twinrig_kernel::SimDuration;
 
@@ -31,7 +31,7 @@ static MODEL: ServoModel = ServoModel {
         status_level: 8,
         status_offset: 1,
         torque: r::TORQUE_ENABLE,
-        lock: Some(r::LOCK),
+        lock: EepromLock::Volatile(r::LOCK),
         registered: Some(64),
         hardware_error: Some(r::STATUS),
         moving: r::MOVING,
@@ -42,6 +42,7 @@ static MODEL: ServoModel = ServoModel {
         present: r::PRESENT_POSITION,
         counts_per_turn: COUNTS,
         centre: CENTRE,
+        greatest: 4_095,
     },
     derived: &[Derived {
         register: r::TORQUE_LIMIT,
@@ -52,9 +53,9 @@ static MODEL: ServoModel = ServoModel {
     // The vendor's library has neither (`feetech-servo-sdk` 1.0).
     lacks: &[Instruction::BULK_READ, Instruction::BULK_WRITE],
     is_strict: false,
-    baud_rates: &[
+    baud_rates: BaudRates::Listed(&[
         1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400,
-    ],
+    ]),
 };
 
 const LEROBOT: &str = "lerobot 0.4, motors/feetech/tables.py";

@@ -14,6 +14,7 @@ IDS = [1, 2, 3]
 ABSENT = 9
 BAUD = 1_000_000
 GOALS = [2148, 1998, 2048]
+GOALS_OF_AX = [612, 462, 512]
 ATTEMPTS = 50
 
 
@@ -33,11 +34,11 @@ def repeated(request, port=None):
     raise RuntimeError("no answer")
 
 
-def settled(positions, within=0):
+def settled(positions, within=0, goals=GOALS):
     """Reads positions until they are the goals, or are not after 10 s."""
     for _ in range(200):
         found = positions()
-        if all(abs(it - goal) <= within for it, goal in zip(found, GOALS)):
+        if all(abs(it - goal) <= within for it, goal in zip(found, goals)):
             break
         time.sleep(0.05)
     return found
@@ -132,6 +133,28 @@ def dynamixel_sdk(path):
     }
 
 
+def dynamixel_sdk_ax(path):
+    import dynamixel_sdk as sdk
+
+    bus = Sdk(sdk, 1.0, path)
+    position = lambda number: int.from_bytes(bytes(bus.read(number, 36, 2)), "little")
+    found = {number: bus.ping(number) for number in IDS}
+    absent = bus.absent()
+    table = bus.read(1, 0, 36)
+    refused = [bus.write(1, 24, [2]), bus.write(1, 30, [0, 4])]
+    for number in IDS:
+        assert bus.write(number, 24, [1]) == 0
+    bus.sync_write(30, GOALS_OF_AX, 2)
+    single = lambda: [position(number) for number in IDS]
+    return {
+        "found": found,
+        "absent": absent,
+        "table": table,
+        "refused": refused,
+        "single": settled(single, 1, GOALS_OF_AX),
+    }
+
+
 def rustypot(kind, path, within=0):
     import rustypot
 
@@ -174,6 +197,7 @@ def scservo_sdk(path):
 
 CLIENTS = {
     "dynamixel_sdk": dynamixel_sdk,
+    "dynamixel_sdk_ax": dynamixel_sdk_ax,
     "scservo_sdk": scservo_sdk,
     "rustypot_xl330": lambda path: rustypot("Xl330PyController", path),
     "rustypot_sts3215": lambda path: rustypot("Sts3215PyController", path, 1),

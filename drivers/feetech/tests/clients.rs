@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use serde_json::{Value, json};
+use twinrig_dynamixel::ax::AX12A;
 use twinrig_dynamixel::x::XL330_M288;
 use twinrig_dynamixel::{
     JointSignals, ReadPattern, Registers, ServoBusConfig, ServoConfig, ServoKind, Span,
@@ -121,6 +122,19 @@ fn dynamixel_sdk_finds_commands_and_reads_xl330() {
 }
 
 #[test]
+fn dynamixel_sdk_finds_commands_and_reads_ax12a() {
+    let Some(found) = serve(&AX12A, "dynamixel_sdk_ax", "dynamixel_sdk") else {
+        return;
+    };
+    assert_eq!(found["found"], models(12));
+    assert_eq!(found["absent"], "[TxRxResult] There is no status packet!");
+    assert_eq!(found["table"], json!(table(&AX12A, 36)));
+    // Range, and angle limit.
+    assert_eq!(found["refused"], json!([8, 2]));
+    assert_reached(&found["single"], [612, 462, 512]);
+}
+
+#[test]
 fn rustypot_finds_commands_and_reads_xl330() {
     let Some(found) = serve(&XL330_M288, "rustypot_xl330", "rustypot") else {
         return;
@@ -133,8 +147,8 @@ fn rustypot_finds_commands_and_reads_xl330() {
 }
 
 /// Positions within the dead zone of one count.
-fn assert_reached(positions: &Value) {
-    for (found, goal) in positions.as_array().unwrap().iter().zip(GOALS) {
+fn assert_reached(positions: &Value, goals: [u16; 3]) {
+    for (found, goal) in positions.as_array().unwrap().iter().zip(goals) {
         let distance = found.as_i64().unwrap() - i64::from(goal);
         assert!(distance.abs() <= 1, "{positions}");
     }
@@ -149,7 +163,7 @@ fn scservo_sdk_finds_commands_and_reads_sts3215() {
     assert_eq!(found["absent"], "[TxRxResult] There is no status packet!");
     assert_eq!(found["table"], json!(table(&STS3215, 40)));
     for positions in ["positions", "single"] {
-        assert_reached(&found[positions]);
+        assert_reached(&found[positions], GOALS);
     }
 }
 
@@ -160,6 +174,6 @@ fn rustypot_finds_commands_and_reads_sts3215() {
     };
     assert_eq!(found["found"], models(777));
     for positions in ["positions", "single"] {
-        assert_reached(&found[positions]);
+        assert_reached(&found[positions], GOALS);
     }
 }

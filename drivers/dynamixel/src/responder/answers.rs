@@ -112,9 +112,10 @@ impl Responder {
     pub(super) fn error_byte(&self, error: ErrorNumber) -> u8 {
         let model = self.registers.model();
         let hardware = model.roles.hardware_error;
-        let [hardware, ..] = hardware
-            .map_or(0, |address| self.registers.get(address))
-            .to_le_bytes();
+        let [hardware, ..] = match hardware {
+            Some(address) => self.registers.get(address).to_le_bytes(),
+            None => [self.registers.alarms(), 0, 0, 0],
+        };
         model.errors.byte(error, hardware)
     }
 

@@ -3,7 +3,7 @@
 use super::firmware::{CENTRE, COUNTS};
 use super::register as r;
 use crate::register::Bounds;
-use crate::table::{CommonRegisters, Derived, PositionScale, ReturnDelay};
+use crate::table::{CommonRegisters, Derived, EepromLock, PositionScale, ReturnDelay};
 
 /// Position control, the operating mode in which the limits of the position hold.
 const POSITION_CONTROL: i32 = 3;
@@ -32,7 +32,7 @@ pub(super) const ROLES: CommonRegisters = CommonRegisters {
     status_level: 68,
     status_offset: 0,
     torque: r::TORQUE_ENABLE,
-    lock: None,
+    lock: EepromLock::Torque,
     registered: Some(69),
     hardware_error: Some(r::HARDWARE_ERROR_STATUS),
     moving: r::MOVING,
@@ -53,6 +53,7 @@ pub(super) const POSITION: PositionScale = PositionScale {
     present: r::PRESENT_POSITION,
     counts_per_turn: COUNTS,
     centre: CENTRE,
+    greatest: 4_095,
 };
 
 /// Another operating mode has the initial gains, no profile, and duty cycle and current at their

@@ -5,7 +5,7 @@ use crate::codes::Errors;
 use crate::firmware::ServoKind;
 use crate::protocol::ProtocolVersion;
 use crate::register::{Bounds, Register, registers};
-use crate::table::{Indirect, ServoModel};
+use crate::table::{BaudRates, Indirect, ServoModel};
 
 /// Units of the registers. The factor of the gains is the manual's.
 const SCALES: Scales = Scales {
@@ -45,9 +45,9 @@ static MODEL: ServoModel = ServoModel {
     derived: DERIVED,
     lacks: &[],
     is_strict: true,
-    baud_rates: &[
+    baud_rates: BaudRates::Listed(&[
         9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000,
-    ],
+    ]),
 };
 
 const ITEMS: &[Register] = registers(&[

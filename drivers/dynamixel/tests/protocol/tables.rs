@@ -81,8 +81,8 @@ fn roles_and_limits_refer_to_registers() {
             let item = model.item(address).unwrap();
             assert_ne!(item.access, Access::ReadOnly, "{}", item.name);
         }
-        let rate = usize::try_from(registers.get(roles.baud_rate)).unwrap();
-        assert_eq!(model.baud_rates[rate], 57_600);
+        let rate = u8::try_from(registers.get(roles.baud_rate)).unwrap();
+        assert_eq!(model.baud_rates.rate(rate), Some(57_600));
         assert_eq!(model.size(), size);
     }
 }
