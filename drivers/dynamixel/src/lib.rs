@@ -6,8 +6,8 @@
 //! |---|---|
 //! | packets | [`ProtocolVersion`] encodes and matches them, [`Parser`] finds them in a stream |
 //! | instructions | [`Request`], with [`Instruction`] and [`ErrorNumber`] |
-//! | control tables | [`ServoModel`] and its [`Register`]s; [`x`] and [`ax`] have those of the X and AX series, and their firmware |
-//! | servo | [`Registers`], with the access rules of the bus; [`Responder`], which answers; [`ServoFirmware`]; [`ServoNode`], all of them with a plant |
+//! | control tables | [`ServoModel`] and its [`Register`]s; those of series in [`x`] and [`ax`] |
+//! | servo | [`Registers`], [`Responder`], [`ServoFirmware`]; [`ServoNode`] of all |
 //! | bus | [`ServoBusConfig`], of which [`DynamixelDriver`] and [`ServoBusWire`] are made |
 //!
 //! ```

@@ -2,7 +2,8 @@
 //!
 //! | operating mode | status |
 //! |---|---|
-//! | 0, position | duty cycle at rest compared with logs of a real servo, and the speed of the set-point; acceleration documented, not compared |
+//! | 0, position | duty cycle at rest and speed of the set-point compared with logs |
+//! | 0, position, acceleration | documented, not compared |
 //! | 1, speed | the set-point moves at the goal; ASSUMED |
 //! | 2, PWM | documented, not compared |
 //! | overload, limits of the supply and of the temperature | documented, not compared |

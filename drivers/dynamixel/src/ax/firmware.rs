@@ -2,12 +2,13 @@
 //!
 //! | part | status |
 //! |---|---|
-//! | duty cycle by margin, slope and punch | documented, not compared; which direction is which ASSUMED |
+//! | duty cycle by margin, slope and punch | documented, not compared |
 //! | speed of the set-point | documented, not compared |
 //! | both angle limits 0: duty cycle by the moving speed | documented, not compared |
 //! | shutdown | documented, not compared; duration of an overload ASSUMED |
 //!
-//! A position beyond the range of 300° is that of its end: ASSUMED.
+//! That the counterclockwise margin and slope are those of positive errors is ASSUMED, and that a
+//! position beyond the range of 300° is that of its end.
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalDuration, Snapshot, SnapshotError};

@@ -2,7 +2,8 @@
 //!
 //! | operating mode | status |
 //! |---|---|
-//! | 3, position | duty cycle compared with logs of a real servo; integral, derivative and feed-forward documented, not compared |
+//! | 3, position | proportional gain compared with logs of a real servo |
+//! | 3, position, other gains | documented, not compared |
 //! | 4, extended position | as 3 |
 //! | 5, current-based position | documented, not compared |
 //! | 1, velocity | documented, not compared |

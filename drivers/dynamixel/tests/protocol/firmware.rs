@@ -279,10 +279,13 @@ fn silence_of_the_bus_stops_the_servo() {
         firmware.step(&mut registers, &AT_REST, period / 30);
     }
     assert_eq!(registers.get(r::BUS_WATCHDOG), 2);
-    for _ in 0..50 {
-        firmware.step(&mut registers, &AT_REST, 6);
-    }
-    assert_eq!(registers.get(r::BUS_WATCHDOG), 0xff);
+    firmware.step(&mut registers, &AT_REST, 7);
+    let stopped = (1..100).find(|_| {
+        firmware.step(&mut registers, &AT_REST, 7);
+        registers.get(r::BUS_WATCHDOG) == 0xff
+    });
+    // 2 units of 20 ms, and up to a period of the loops at either end.
+    assert!((39..=42).contains(&stopped.unwrap()), "{stopped:?}");
 }
 
 /// Also where the goal is a duty cycle or a current.
