@@ -27,6 +27,60 @@ frequency = "2 Hz"
 ramp = "500 ms"
 "#;
 
+/// The same with joints of abduction, whose servos are on a bus, too.
+const ABDUCTING: &str = r#"
+name = "abducting"
+robot = "half-cub-xl330"
+duration = "2 s"
+seed = 1
+
+[plant]
+model = "lcp"
+base = "fixed"
+abduction = "free"
+
+[actuator]
+kind = "serial"
+firmware = "bus"
+
+[[bus]]
+kind = "dynamixel"
+settings = { position_p_gain = 1500 }
+
+[controller]
+kind = "cpg"
+gait = "trot"
+period = "10 ms"
+frequency = "2 Hz"
+ramp = "500 ms"
+abduction = "steer"
+turn = "60 deg/s"
+"#;
+
+/// MuJoCo is 0.2 mm from the full plant; steps of 8 mm to the side are commanded.
+#[test]
+fn mujoco_abducts_legs_on_serial_servos_as_the_full_plant() {
+    if !ENGINES.contains(&"mujoco") {
+        return;
+    }
+    let track = |plant: &str| {
+        let model = format!("\"{plant}\"");
+        feet_of_text(
+            ABDUCTING,
+            &[("plant.model", &model)],
+            SimDuration::from_secs(2),
+        )
+    };
+    let (reference, found) = (track("lcp"), track("mujoco"));
+    let distance = rms(&reference, &found);
+    assert!(distance < 1e-4, "{distance} m");
+    let aside = reference
+        .iter()
+        .map(|feet| (feet[1] - reference[0][1]).abs());
+    let aside = aside.fold(0.0, f64::max);
+    assert!(aside > 4e-3, "{aside} m to the side");
+}
+
 /// Feet of a hanging robot that trots in the air: MuJoCo is 0.4 mm from the full plant, Rapier
 /// 2.3 mm.
 #[test]

@@ -35,10 +35,6 @@ fn free_abduction_is_refused_where_it_is_not_modelled() {
             "`lcp` with toe joints has no joints of abduction",
         ),
         (
-            refusal("trot-serial.toml", &[]),
-            "a robot with serial servos has no joints of abduction",
-        ),
-        (
             refusal("trot.toml", &[]),
             "leg LF has no joint of abduction: add `[leg.….abduction]`",
         ),

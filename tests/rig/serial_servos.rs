@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use twinrig_actuator::serial::{Bridge, Firmware, ServoCommand};
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime};
 use twinrig_lcp::{Constraints, Lcp, Method};
-use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, Start};
+use twinrig_legged::{Abduction, Base, Contacts, Drives, FirmwarePlace, SetPoint, Setup, Start};
 use twinrig_massless::{Force, Massless};
 use twinrig_robot::serial::{Gear, Heating, SerialServo};
 use twinrig_robot::{Robot, RobotFile};
@@ -18,12 +19,19 @@ fn cub() -> Robot {
 
 /// Two legs of a robot that hangs from its trunk, with this servo.
 fn setup(servo: &SerialServo) -> Setup {
+    setup_with(servo, FirmwarePlace::Plant)
+}
+
+fn setup_with(servo: &SerialServo, firmware: FirmwarePlace) -> Setup {
     Setup {
         base: Base::Fixed,
         legs: vec!["LF".to_owned(), "RH".to_owned()],
         ground: None,
         step: SimDuration::from_millis(1),
-        drives: Drives::Serial(Box::new(*servo)),
+        drives: Drives::Serial {
+            servo: Box::new(*servo),
+            firmware,
+        },
         abduction: Abduction::Locked,
         contacts: Contacts::Feet,
         set_point: SetPoint::Held,
@@ -55,7 +63,11 @@ fn massless(robot: &Robot, setup: Setup, constraints: Constraints) -> Box<dyn Pl
 
 /// All plants, with their names.
 fn plants(servo: &SerialServo) -> Vec<(&'static str, Box<dyn Plant>)> {
-    let (robot, setup) = (cub(), setup(servo));
+    plants_of(setup(servo))
+}
+
+fn plants_of(setup: Setup) -> Vec<(&'static str, Box<dyn Plant>)> {
+    let robot = cub();
     let (rigid, compliant) = (Constraints::Rigid, Constraints::Compliant);
     vec![
         ("lcp", lcp(&robot, setup.clone(), compliant, Method::Rk4)),
@@ -209,5 +221,53 @@ fn friction_holds_a_leg() {
                 assert!((settled - home[0]).abs() > 1e-2, "{name}: {settled}");
             }
         }
+    }
+}
+
+/// The same firmware outside of the plant, which commands the bridges: one leg follows steps of its
+/// commands, bit for bit as with the firmware in the plant.
+#[test]
+fn firmware_on_a_bus_moves_a_leg_as_that_in_the_plant() {
+    let servo = cub().serial.unwrap();
+    let on_bus = plants_of(setup_with(&servo, FirmwarePlace::Bus)).into_iter();
+    for ((name, mut plant), (_, mut other)) in plants(&servo).into_iter().zip(on_bus) {
+        let home = angles(&mut *plant);
+        let mut first = [0.0; 4];
+        plant.initial_inputs(&mut first);
+        let mut firmware = first.map(|angle| {
+            let mut firmware = Firmware::new(&servo.controller, 0.0);
+            firmware.restart(angle);
+            firmware
+        });
+        let mut commands = first;
+        for ms in 0..500_u32 {
+            let now = instant(f64::from(ms));
+            if ms % 100 == 50 {
+                (commands[2], commands[3]) = (home[0] + 3e-3 * f64::from(ms), home[1] + 0.1);
+                for (firmware, position) in firmware[2..].iter_mut().zip(&commands[2..]) {
+                    let (position, enabled) = (*position, true);
+                    firmware.command(now, now, ServoCommand { position, enabled });
+                }
+            }
+            let layout = Layout::of(&other.ports(), Direction::Output);
+            let mut outputs = vec![0.0; layout.len()];
+            other.observe(&mut outputs);
+            let positions = layout
+                .fields()
+                .iter()
+                .filter(|field| is_position(&field.port.name));
+            let mut duties = Vec::new();
+            for (firmware, field) in firmware.iter_mut().zip(positions) {
+                match firmware.step(now, outputs[field.start]) {
+                    Bridge::Duty(duty) => duties.extend([duty, 1.0]),
+                    Bridge::Open => duties.extend([0.0, 0.0]),
+                }
+            }
+            let next = instant(f64::from(ms + 1));
+            other.advance(next, &duties).unwrap();
+            plant.advance(next, &commands).unwrap();
+            assert_eq!(angles(&mut *plant), angles(&mut *other), "{name}: {ms} ms");
+        }
+        assert!(angles(&mut *plant)[0] - home[0] > 0.5, "{name} moves");
     }
 }

@@ -23,7 +23,8 @@ pub use drive::{JointDrive, JointMotion, JointState, Limited};
 pub use frame::LegFrame;
 pub use spatial::SpatialSystem;
 
-use twinrig_legged::{LeggedError, Setup};
+use twinrig_actuator::LegMotor;
+use twinrig_legged::{DriveModels, LeggedError, Setup};
 use twinrig_robot::{LegMount, OneSided, Robot};
 
 use crate::element::Element;
@@ -87,8 +88,29 @@ pub struct AbductionJoints<T> {
     stops: Element<T>,
     lever: T,
     inertia: T,
-    /// Servo; joints without one turn freely.
-    servo: Option<ServoLaw>,
+    law: JointLaw,
+}
+
+/// Law of the drives of the joints.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum JointLaw {
+    /// No drives.
+    Free,
+    /// Position servos.
+    Servo(ServoLaw),
+    /// Motors of this inertia, under torque–rate lines \[kg·m²\].
+    Motor(f64),
+}
+
+impl JointLaw {
+    /// Returns the inertia of a drive \[kg·m²\].
+    const fn inertia(&self) -> f64 {
+        match self {
+            Self::Free => 0.0,
+            Self::Servo(servo) => servo.inertia(),
+            Self::Motor(inertia) => *inertia,
+        }
+    }
 }
 
 /// Torque of stops and friction of a joint.
@@ -108,18 +130,24 @@ impl AbductionJoints<Quad> {
     /// Places the joints of the selected legs of a robot side by side.
     ///
     /// # Errors
-    /// As [`Setup::abducting_mounts`] and [`Setup::abduction_servo`], and
+    /// As [`Setup::abducting_mounts`], [`Setup::abduction_servo`] and [`Setup::drive_models`], and
     /// [`LeggedError::Compliance`].
     pub fn new(robot: &Robot, setup: &Setup) -> Result<Self, LeggedError> {
         setup.compliances(robot)?;
-        let servo = setup.abduction_servo(robot)?;
-        let servo = servo.as_ref().map(ServoLaw::from);
-        let inertia = servo.as_ref().map_or(0.0, ServoLaw::inertia);
+        let law = match (setup.abduction_servo(robot)?, setup.drive_models(robot)?) {
+            (Some(servo), _) => JointLaw::Servo(ServoLaw::from(&servo)),
+            (None, Some(DriveModels::Motors(motors))) => {
+                let inertia = |motor: LegMotor| JointLaw::Motor(motor.inertia());
+                motors.abduction.map_or(JointLaw::Free, inertia)
+            }
+            (None, _) => JointLaw::Free,
+        };
+        let inertia = law.inertia();
         let mut legs = [Constants::ABSENT; LANES];
         for (leg, mount) in legs.iter_mut().zip(setup.abducting_mounts(robot)?) {
             *leg = Constants::new(mount, inertia).unwrap_or(Constants::ABSENT);
         }
-        Ok(Self::side_by_side(&legs, servo))
+        Ok(Self::side_by_side(&legs, law))
     }
 
     /// Returns the same for coordinates whose origin is `centre` from that of the trunk \[m\].
@@ -131,7 +159,7 @@ impl AbductionJoints<Quad> {
         self
     }
 
-    fn side_by_side(legs: &[Constants; LANES], servo: Option<ServoLaw>) -> Self {
+    fn side_by_side(legs: &[Constants; LANES], law: JointLaw) -> Self {
         let quad = |of: &dyn Fn(&Constants) -> f64| Quad(legs.each_ref().map(of));
         Self {
             axis: [0, 1].map(|i| quad(&|leg| leg.axis[i])),
@@ -140,7 +168,7 @@ impl AbductionJoints<Quad> {
             stops: Element::side_by_side(legs.map(|leg| leg.stops)),
             lever: quad(&|leg| leg.lever),
             inertia: quad(&|leg| leg.inertia),
-            servo,
+            law,
         }
     }
 
@@ -154,7 +182,7 @@ impl AbductionJoints<Quad> {
             stops: self.stops.load(simd),
             lever: simd.load(self.lever),
             inertia: simd.load(self.inertia),
-            servo: self.servo,
+            law: self.law,
         }
     }
 }
@@ -162,7 +190,7 @@ impl AbductionJoints<Quad> {
 impl<T> AbductionJoints<T> {
     /// Returns the inertia of a drive \[kg·m²\].
     pub fn inertia(&self) -> f64 {
-        self.servo.as_ref().map_or(0.0, ServoLaw::inertia)
+        self.law.inertia()
     }
 }
 

@@ -11,10 +11,20 @@ pub struct Commands<T> {
     pub hip: [T; 2],
     /// Angle of the pulley \[rad\], or stall torque \[N·m\], and rate.
     pub knee: [T; 2],
-    /// Damping of hip and pulley motors \[N·m·s/rad\].
-    pub damping: [T; 2],
-    /// Angle of abduction \[rad\], and rate; without effect on legs that do not abduct.
+    /// Damping of the motors of hip, pulley and abduction \[N·m·s/rad\].
+    pub damping: [T; 3],
+    /// Angle of abduction \[rad\], or stall torque \[N·m\], and rate; without effect on legs that
+    /// do not abduct.
     pub abduction: [T; 2],
+}
+
+/// Commands of joints of abduction at a time.
+#[derive(Debug, Clone, Copy)]
+pub struct JointCommand<L> {
+    /// Angle \[rad\], or stall torque \[N·m\].
+    pub set_point: L,
+    /// Damping of motors \[N·m·s/rad\].
+    pub damping: L,
 }
 
 impl Commands<Quad> {
@@ -24,7 +34,7 @@ impl Commands<Quad> {
         Self {
             hip: zero,
             knee: zero,
-            damping: zero,
+            damping: [Quad::splat(0.0); 3],
             abduction: zero,
         }
     }
@@ -38,9 +48,18 @@ impl Commands<Quad> {
         inputs: &StepInputs<'_>,
     ) {
         let of_drives = references.len() * drives.map_or(0, DriveModels::inputs);
-        let abduction = inputs.start.iter().zip(inputs.rates).skip(of_drives);
-        for (leg, (&start, &rate)) in abduction.enumerate().take(LANES) {
-            (self.abduction[0].0[leg], self.abduction[1].0[leg]) = (start, rate);
+        let of_drives = of_drives.min(inputs.start.len());
+        let abduction = &inputs.start[of_drives..];
+        if let Some(motor) = drives.and_then(DriveModels::abduction) {
+            for (leg, input) in abduction.chunks_exact(2).enumerate().take(LANES) {
+                let line = motor.line(input[0], input[1]);
+                (self.abduction[0].0[leg], self.damping[2].0[leg]) = (line.torque, line.damping);
+            }
+        } else {
+            let rates = &inputs.rates[of_drives..];
+            for (leg, (&start, &rate)) in abduction.iter().zip(rates).enumerate().take(LANES) {
+                (self.abduction[0].0[leg], self.abduction[1].0[leg]) = (start, rate);
+            }
         }
         if let Some(DriveModels::Motors(motors)) = drives {
             let inputs = inputs.start.chunks_exact(4).zip(references);
@@ -79,6 +98,7 @@ impl Commands<Quad> {
             && is_near(&self.knee[0], &end.knee[0])
             && is_near(&self.damping[0], &end.damping[0])
             && is_near(&self.damping[1], &end.damping[1])
+            && is_near(&self.damping[2], &end.damping[2])
             && is_near(&self.abduction[0], &end.abduction[0])
     }
 
@@ -119,9 +139,12 @@ impl<L: Lanes> Commands<L> {
         ]
     }
 
-    /// Returns the set-points of abduction at a time.
+    /// Returns the commands of abduction at a time.
     #[inline(always)]
-    pub fn abduction_at(&self, time: f64) -> L {
-        self.abduction[0] + self.abduction[1] * time
+    pub fn abduction_at(&self, time: f64) -> JointCommand<L> {
+        JointCommand {
+            set_point: self.abduction[0] + self.abduction[1] * time,
+            damping: self.damping[2],
+        }
     }
 }

@@ -85,6 +85,11 @@ impl<E: Equations> Readings for Flow<E> {
         joints.map_or(0.0, |joints| joints.angle.0[leg])
     }
 
+    fn abduction_rate(&self, leg: usize) -> f64 {
+        let joints = self.equations.abduction(&self.state);
+        joints.map_or(0.0, |joints| joints.rate.0[leg])
+    }
+
     fn abduction_torque(&self, leg: usize) -> f64 {
         Self::abduction_torque(self, leg)
     }
@@ -129,8 +134,12 @@ impl<E: Equations> Dynamics for Flow<E> {
         let legs = self.equations.hip_references().len();
         let of_drives = legs * drives.map_or(0, DriveModels::inputs);
         let (inputs, abduction) = inputs.split_at_mut(of_drives.min(inputs.len()));
-        for (leg, input) in abduction.iter_mut().enumerate() {
-            *input = Readings::abduction(self, leg);
+        if drives.is_some_and(|drives| drives.abduction().is_some()) {
+            abduction.fill(0.0);
+        } else {
+            for (leg, input) in abduction.iter_mut().enumerate() {
+                *input = Readings::abduction(self, leg);
+            }
         }
         if let Some(DriveModels::Motors(_)) = drives {
             inputs.fill(0.0);

@@ -295,7 +295,10 @@ impl<E: Equations> Flow<E> {
             (commands.hip[0], commands.knee[0]) = (hip, pulley);
         }
         let abduction = equations.abduction(&state);
-        if let Some(joints) = &abduction {
+        let is_motor = equations
+            .drives()
+            .is_some_and(|drives| drives.abduction().is_some());
+        if let Some(joints) = abduction.as_ref().filter(|_| !is_motor) {
             commands.abduction[0] = joints.angle;
         }
         let stored = equations.stored(features, &state);
@@ -503,10 +506,10 @@ impl<E: Equations> Flow<E> {
         };
         self.sums = self.sums.map(&mut pass);
         self.sums_before = self.sums_before.map(&mut pass);
+        self.commands.damping = self.commands.damping.map(&mut pass);
         for pair in [
             &mut self.commands.hip,
             &mut self.commands.knee,
-            &mut self.commands.damping,
             &mut self.commands.abduction,
             &mut self.rates_before,
             &mut self.abduction_before,

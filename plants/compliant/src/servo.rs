@@ -34,7 +34,7 @@ impl From<&PositionServo> for ServoLaw {
 impl ServoLaw {
     /// Returns the inertia at the output \[kg·m²\].
     #[inline(always)]
-    pub fn inertia(&self) -> f64 {
+    pub const fn inertia(&self) -> f64 {
         self.inertia
     }
 

@@ -76,7 +76,10 @@ pub use push::{Push, PushShape, PushTarget};
 pub use push_schedule::PushSchedule;
 pub use readings::{FootMotion, Readings, surfaces_below};
 pub use segment::Segment;
-pub use setup::{Abduction, Base, Contacts, DriveModels, Drives, Motors, Servos, Setup};
+pub use serial::SerialServos;
+pub use setup::{
+    Abduction, Base, Contacts, DriveModels, Drives, FirmwarePlace, Motors, Servos, Setup,
+};
 pub use signals::Signals;
 pub use slide::{TangentialImpulse, taken_by_friction};
 pub use start::{LegStart, Start, StartPose};

@@ -104,8 +104,8 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
         let mut set_points = SetPoints::new(set_point, rates.len());
         set_points.reset(|inputs| dynamics.initial_inputs(inputs));
         let servos = match &setup.drives {
-            Drives::Serial(servo) => {
-                Some(SerialServos::new(servo, legs.len(), setup.step, &*dynamics))
+            Drives::Serial { servo, firmware } => {
+                Some(SerialServos::new(servo, *firmware, setup, &*dynamics))
             }
             _ => None,
         };
@@ -168,7 +168,7 @@ impl<D: Dynamics + ?Sized> LeggedPlant<D> {
     fn set_inputs(&mut self, inputs: &[f64]) {
         let inputs = &inputs[..self.rates.len().min(inputs.len())];
         if let Some(servos) = &mut self.servos {
-            servos.command(self.now, inputs);
+            servos.set_inputs(self.now, inputs);
             return;
         }
         if self.set_points.are_linear() {
@@ -202,7 +202,7 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         let count = self.rates.len().min(inputs.len());
         let inputs = &mut inputs[..count];
         match &self.servos {
-            Some(servos) => servos.commands(inputs),
+            Some(servos) => servos.inputs(inputs),
             None => self.dynamics.initial_inputs(inputs),
         }
     }
@@ -259,9 +259,9 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
 
     fn observe(&mut self, outputs: &mut [f64]) {
         self.dynamics.update_readings();
-        let now_s = self.now.as_secs_f64();
+        let (now_s, servos) = (self.now.as_secs_f64(), self.servos.as_ref());
         self.signals
-            .write(&*self.dynamics, &self.window, now_s, outputs);
+            .write(&*self.dynamics, servos, &self.window, now_s, outputs);
         if !self.pushes.is_empty() {
             let work = self.dynamics.energy().external;
             let window = [self.window.begun_s(), now_s];
@@ -337,8 +337,11 @@ impl<D: Dynamics + ?Sized> Plant for LeggedPlant<D> {
         let checked = self.set_points.check(&saved.ramps);
         checked.map_err(&mismatch)?;
         let servos = saved.servos.unwrap_or_default();
-        let count = self.servos.as_ref().map_or(0, SerialServos::count);
-        servos.check(count).map_err(&mismatch)?;
+        let checked = match &self.servos {
+            Some(of_plant) => of_plant.check(&servos),
+            None => servos.check_none(),
+        };
+        checked.map_err(&mismatch)?;
         if let (Some(friction), Some(saved)) = (&mut self.friction, saved.friction) {
             friction.restore(saved);
             friction.set(&mut *self.dynamics);

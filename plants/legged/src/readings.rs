@@ -67,6 +67,11 @@ pub trait Readings {
         0.0
     }
 
+    /// Returns the rate of that angle \[rad/s\]; called only of legs with such a joint.
+    fn abduction_rate(&self, _leg: usize) -> f64 {
+        0.0
+    }
+
     /// Returns the torque of its drive on the leg, mean over the last step \[N·m\]; called only of
     /// legs with such a joint.
     fn abduction_torque(&self, _leg: usize) -> f64 {

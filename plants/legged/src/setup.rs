@@ -46,13 +46,33 @@ pub enum Drives {
         knee: twinrig_robot::Motor,
     },
     /// Serial servos with these parameters: their firmware closes the loop.
-    Serial(Box<SerialServo>),
+    Serial {
+        /// Servo of each joint.
+        servo: Box<SerialServo>,
+        /// Place of the firmware.
+        firmware: FirmwarePlace,
+    },
+}
+
+/// Place of the firmware of serial servos.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FirmwarePlace {
+    /// In the plant, whose inputs are the commands of the joints.
+    Plant,
+    /// In servos on an emulated bus, which command the bridges: inputs are duty cycles, −1 to 1,
+    /// and whether the bridge is closed, 1 or 0.
+    Bus,
 }
 
 impl Drives {
     /// Returns whether the drives are motors, also those of serial servos.
     pub const fn have_motors(&self) -> bool {
-        matches!(self, Self::Motors { .. } | Self::Serial(_))
+        matches!(self, Self::Motors { .. } | Self::Serial { .. })
+    }
+
+    /// Returns whether the drives are serial servos.
+    pub const fn are_serial(&self) -> bool {
+        matches!(self, Self::Serial { .. })
     }
 
     /// Returns the number of inputs of a leg in its dynamics: a command for each of hip and knee,
@@ -61,7 +81,7 @@ impl Drives {
         match self {
             Self::None => 0,
             Self::Ideal { .. } | Self::Servos { .. } => 2,
-            Self::Motors { .. } | Self::Serial(_) => 4,
+            Self::Motors { .. } | Self::Serial { .. } => 4,
         }
     }
 }
@@ -80,12 +100,14 @@ pub enum Abduction {
     },
     /// Joints with servos of these parameters.
     Servos(twinrig_robot::Servo),
+    /// Joints with serial servos, those of [`Drives::Serial`].
+    Serial,
 }
 
 impl Abduction {
-    /// Returns whether the joints have servos, each with a command as input.
+    /// Returns whether the joints have servos.
     pub const fn is_driven(&self) -> bool {
-        matches!(self, Self::Ideal { .. } | Self::Servos(_))
+        matches!(self, Self::Ideal { .. } | Self::Servos(_) | Self::Serial)
     }
 }
 
@@ -123,12 +145,19 @@ pub struct Motors {
     pub hip: LegMotor,
     /// Knee cable drives.
     pub knee: LegMotor,
+    /// Drives of abduction, where these are motors, too. Their inputs follow those of all legs.
+    pub abduction: Option<LegMotor>,
 }
 
 impl Motors {
-    /// Returns the motors of hip and knee, in the order of the inputs.
+    /// Returns the motors of hip and knee, in the order of their inputs.
     pub fn both(&self) -> [&LegMotor; 2] {
         [&self.hip, &self.knee]
+    }
+
+    /// Returns the motors of hip, knee and abduction, if the last has one.
+    pub fn each(&self) -> [Option<&LegMotor>; 3] {
+        [Some(&self.hip), Some(&self.knee), self.abduction.as_ref()]
     }
 }
 
@@ -147,6 +176,14 @@ impl DriveModels {
         match self {
             Self::Servos(_) => 2,
             Self::Motors(_) => 4,
+        }
+    }
+
+    /// Returns the motors of abduction, if there are any.
+    pub const fn abduction(&self) -> Option<&LegMotor> {
+        match self {
+            Self::Servos(_) => None,
+            Self::Motors(motors) => motors.abduction.as_ref(),
         }
     }
 
@@ -291,12 +328,8 @@ impl Setup {
     /// Returns the selected legs, which have joints of abduction.
     ///
     /// # Errors
-    /// As [`Self::selected_mounts`], [`LeggedError::NoAbduction`], and
-    /// [`LeggedError::AbductionLocked`] with serial servos, whose firmware has no such command.
+    /// As [`Self::selected_mounts`], and [`LeggedError::NoAbduction`].
     pub fn abducting_mounts<'r>(&self, robot: &'r Robot) -> Result<Vec<&'r LegMount>, LeggedError> {
-        if let Drives::Serial(_) = self.drives {
-            self.check_locked("a robot with serial servos")?;
-        }
         let mounts = self.selected_mounts(robot)?;
         match mounts.iter().find(|mount| mount.leg.abduction.is_none()) {
             Some(mount) => Err(LeggedError::NoAbduction {
@@ -328,14 +361,14 @@ impl Setup {
         }
     }
 
-    /// Returns the validated servos of abduction, if any. Ideal ones have the inertia of the
-    /// robot's servos.
+    /// Returns the validated position servos of abduction, if any. Ideal ones have the inertia of
+    /// the robot's servos.
     ///
     /// # Errors
     /// [`LeggedError::Servo`].
     pub fn abduction_servo(&self, robot: &Robot) -> Result<Option<PositionServo>, LeggedError> {
         let servo = match &self.abduction {
-            Abduction::Locked | Abduction::Passive => return Ok(None),
+            Abduction::Locked | Abduction::Passive | Abduction::Serial => return Ok(None),
             Abduction::Ideal { period } => {
                 let inertia = robot.actuators.abduction.map_or(0.0, |servo| servo.inertia);
                 PositionServo::ideal(*period, inertia)
@@ -366,12 +399,18 @@ impl Setup {
                 return Ok(Some(DriveModels::Motors(Motors {
                     hip: LegMotor::Voltage(DcMotor::new(hip).map_err(of("hip"))?),
                     knee: LegMotor::Voltage(DcMotor::new(knee).map_err(of("knee"))?),
+                    abduction: None,
                 })));
             }
-            Drives::Serial(servo) => {
+            Drives::Serial { servo, .. } => {
                 let inertia = servo.motor.inertia;
                 let [hip, knee] = [LegMotor::Line { inertia }; 2];
-                return Ok(Some(DriveModels::Motors(Motors { hip, knee })));
+                let abduction = (self.abduction == Abduction::Serial).then_some(hip);
+                return Ok(Some(DriveModels::Motors(Motors {
+                    hip,
+                    knee,
+                    abduction,
+                })));
             }
         };
         Ok(Some(DriveModels::Servos(Servos {

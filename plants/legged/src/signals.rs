@@ -7,7 +7,8 @@ use twinrig_runtime::PlantFault;
 
 use crate::LEGS;
 use crate::readings::{FootMotion, Readings};
-use crate::setup::{Abduction, Contacts, Drives, Setup};
+use crate::serial::{SerialJoint, SerialServos};
+use crate::setup::{Abduction, Contacts, Drives, FirmwarePlace, Setup};
 use crate::window::Window;
 
 /// Motion of the trunk, in the order of [`signal::BODY`].
@@ -40,9 +41,16 @@ enum LegSignal {
     AbductionPosition,
     AbductionTorque,
     SegmentsForce,
+    AbductionRate,
+    HipCurrent,
+    KneeCurrent,
+    AbductionCurrent,
+    HipSupply,
+    KneeSupply,
+    AbductionSupply,
 }
 
-const LEG: [LegSignal; 16] = [
+const LEG: [LegSignal; 23] = [
     LegSignal::HipPosition,
     LegSignal::HipRate,
     LegSignal::HipTorque,
@@ -59,6 +67,13 @@ const LEG: [LegSignal; 16] = [
     LegSignal::AbductionPosition,
     LegSignal::AbductionTorque,
     LegSignal::SegmentsForce,
+    LegSignal::AbductionRate,
+    LegSignal::HipCurrent,
+    LegSignal::KneeCurrent,
+    LegSignal::AbductionCurrent,
+    LegSignal::HipSupply,
+    LegSignal::KneeSupply,
+    LegSignal::AbductionSupply,
 ];
 
 /// Measurements available only with ground.
@@ -82,6 +97,24 @@ const OF_MOTORS: [LegSignal; 2] = [LegSignal::HipRate, LegSignal::KneeRate];
 /// Measurements available only with joints of abduction.
 const OF_ABDUCTION: [LegSignal; 2] = [LegSignal::AbductionPosition, LegSignal::AbductionTorque];
 
+/// Measurements available only with serial servos whose firmware is on a bus, which measures them.
+const OF_SERVOS: [LegSignal; 7] = [
+    LegSignal::AbductionRate,
+    LegSignal::HipCurrent,
+    LegSignal::KneeCurrent,
+    LegSignal::AbductionCurrent,
+    LegSignal::HipSupply,
+    LegSignal::KneeSupply,
+    LegSignal::AbductionSupply,
+];
+
+/// Those of joints of abduction.
+const OF_ABDUCTION_SERVOS: [LegSignal; 3] = [
+    LegSignal::AbductionRate,
+    LegSignal::AbductionCurrent,
+    LegSignal::AbductionSupply,
+];
+
 /// Inputs and selected measurements of a plant, in the order of the ports.
 #[derive(Debug, Clone)]
 pub struct Signals {
@@ -98,11 +131,12 @@ impl Signals {
     /// Creates the signals of these legs, which must be those of `setup` in the order of the robot,
     /// with the measurements selected by `selected`. Availability:
     ///
-    /// - drives: inputs (the command of a servo, or voltage and bridge of a motor), torques, knee
-    ///   positions and cable tensions;
+    /// - drives: inputs (the command of a servo, or voltage and bridge of a motor, or duty cycle
+    ///   and bridge of a servo on a bus), torques, knee positions and cable tensions;
     /// - motors, also those of serial servos: rates of hip and knee;
-    /// - joints of abduction: their angles and torques, and with servos their commands, which
-    ///   follow the other inputs;
+    /// - joints of abduction: their angles and torques, and with servos their inputs, which follow
+    ///   the other inputs;
+    /// - servos on a bus: currents, voltages of the supply, and the rate of abduction;
     /// - ground: loads, forces and clearances of the feet;
     /// - contact of trunk, or of knees and ankles: the force on them.
     pub fn new(legs: &[&str], setup: &Setup, selected: &dyn Fn(&str) -> bool) -> Self {
@@ -117,9 +151,16 @@ impl Signals {
             }
         }
         if setup.abduction.is_driven() {
-            let name = |leg: &&str| signal::command(leg, "abduction");
-            let commands = legs.iter().map(name);
-            ports.extend(commands.map(|name| Port::input(name, Unit::Radian, 1)));
+            let inputs = match setup.abduction {
+                Abduction::Serial => inputs(&setup.drives),
+                _ => COMMAND,
+            };
+            for leg in legs {
+                for (input, unit) in inputs {
+                    let name = signal::of_leg(leg, &format!("abduction/{input}"));
+                    ports.push(Port::input(name, *unit, 1));
+                }
+            }
         }
         let mut select = |exists: bool, port: Port| {
             let is_selected = exists && selected(&port.name);
@@ -139,12 +180,16 @@ impl Signals {
         let energy = signal::ENERGY.map(|standard| select(true, standard.output()));
         let motors = setup.drives.have_motors();
         let abduction = setup.abduction != Abduction::Locked;
+        let servos = is_on_bus(&setup.drives);
+        let serial_abduction = setup.abduction == Abduction::Serial;
         let exists = |signal: &LegSignal| {
             (ground || !ON_GROUND.contains(signal))
                 && (drives || !OF_DRIVES.contains(signal))
                 && (motors || !OF_MOTORS.contains(signal))
                 && (abduction || !OF_ABDUCTION.contains(signal))
                 && (segments || *signal != LegSignal::SegmentsForce)
+                && (servos || !OF_SERVOS.contains(signal))
+                && (serial_abduction || !OF_ABDUCTION_SERVOS.contains(signal))
         };
         let of_leg = |leg: &&str| {
             LEG.map(|signal| {
@@ -205,6 +250,7 @@ impl Signals {
     pub fn write(
         &self,
         readings: &(impl Readings + ?Sized),
+        servos: Option<&SerialServos>,
         window: &Window,
         now_s: f64,
         outputs: &mut [f64],
@@ -222,7 +268,7 @@ impl Signals {
                 outputs.put_if(*selected, || [value]);
             }
         }
-        self.write_legs(readings, window, now_s, &mut outputs);
+        self.write_legs(readings, servos, window, now_s, &mut outputs);
     }
 
     fn write_body(&self, readings: &(impl Readings + ?Sized), outputs: &mut Outputs<'_>) {
@@ -245,6 +291,7 @@ impl Signals {
     fn write_legs(
         &self,
         of: &(impl Readings + ?Sized),
+        servos: Option<&SerialServos>,
         window: &Window,
         now_s: f64,
         outputs: &mut Outputs<'_>,
@@ -290,18 +337,65 @@ impl Signals {
                 let force = window.mean_force(|before| before.segments[leg], &impulse, now_s);
                 force.into()
             });
+            if let Some(servos) = servos {
+                write_servos(of, servos, leg, selected, outputs);
+            }
         }
     }
+}
+
+/// Writes the measurements that the servos of a leg have.
+fn write_servos(
+    of: &(impl Readings + ?Sized),
+    servos: &SerialServos,
+    leg: usize,
+    selected: impl Fn(LegSignal) -> bool,
+    outputs: &mut Outputs<'_>,
+) {
+    use LegSignal as S;
+    use SerialJoint::{Abduction, Hip, Knee};
+    outputs.put_if(selected(S::AbductionRate), || [of.abduction_rate(leg)]);
+    let electric = |joint| servos.electric(leg, joint, of);
+    for (signal, joint) in [
+        (S::HipCurrent, Hip),
+        (S::KneeCurrent, Knee),
+        (S::AbductionCurrent, Abduction),
+    ] {
+        outputs.put_if(selected(signal), || [electric(joint).current]);
+    }
+    for (signal, joint) in [
+        (S::HipSupply, Hip),
+        (S::KneeSupply, Knee),
+        (S::AbductionSupply, Abduction),
+    ] {
+        outputs.put_if(selected(signal), || [electric(joint).voltage]);
+    }
+}
+
+/// Input of a drive that follows commands.
+const COMMAND: &[(&str, Unit)] = &[("command", Unit::Radian)];
+
+/// Returns whether the drives are servos on a bus.
+const fn is_on_bus(drives: &Drives) -> bool {
+    matches!(
+        drives,
+        Drives::Serial {
+            firmware: FirmwarePlace::Bus,
+            ..
+        }
+    )
 }
 
 /// Returns the inputs of a drive.
 fn inputs(drives: &Drives) -> &'static [(&'static str, Unit)] {
     match drives {
         Drives::None => &[],
-        Drives::Ideal { .. } | Drives::Servos { .. } | Drives::Serial(_) => {
-            &[("command", Unit::Radian)]
-        }
         Drives::Motors { .. } => &[("voltage", Unit::Volt), ("bridge", Unit::One)],
+        Drives::Serial {
+            firmware: FirmwarePlace::Bus,
+            ..
+        } => &[("duty", Unit::One), ("bridge", Unit::One)],
+        Drives::Ideal { .. } | Drives::Servos { .. } | Drives::Serial { .. } => COMMAND,
     }
 }
 

@@ -1,10 +1,10 @@
 //! Addresses of the robot's coordinates and elements in MuJoCo's arrays.
 
 use mujoco_rs::prelude::{MjModel, MjtObjBase};
-use twinrig_legged::{Base, DriveModels};
+use twinrig_legged::Base;
 
 use crate::engine::EngineError;
-use crate::inputs::{ABDUCTION, DRIVE_NAMES, DRIVES};
+use crate::inputs::{DRIVE_NAMES, DRIVES};
 use crate::model::Model;
 use crate::options::Coordinates;
 
@@ -91,13 +91,13 @@ impl Addresses {
                     [of("upper")?, of("middle")?, of("lower")?]
                 }
             };
+            let motors = model.motors();
             let (mut clutches, mut actuators) = ([None; DRIVES], [None; DRIVES]);
             for (drive, drive_name) in DRIVE_NAMES.into_iter().enumerate() {
                 let of_drive =
                     |kind, suffix| find(compiled, kind, &format!("{name}_{drive_name}{suffix}"));
                 let is_servo = model.servos[drive].is_some();
-                let is_motor =
-                    matches!(model.drives, Some(DriveModels::Motors(_))) && drive != ABDUCTION;
+                let is_motor = motors[drive].is_some();
                 if is_servo && !model.position_actuators {
                     clutches[drive] = Some(Clutch {
                         flywheel: named(&format!("{drive_name}_flywheel"))?,

@@ -1,7 +1,7 @@
 //! Servos and motors in a step.
 
 use twinrig_actuator::PositionServo;
-use twinrig_legged::{LEGS, Motors};
+use twinrig_legged::LEGS;
 
 use crate::addresses::{Clutch, LegAddresses};
 use crate::engine::Engine;
@@ -22,10 +22,10 @@ const TORQUE_TOLERANCE: f64 = 1e-9;
 /// Parameters of the model that motors change.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct MotorParameters {
-    /// Additional inertia, and damping, of hip and pulley of each leg.
-    applied: [[[f64; 2]; 2]; LEGS],
-    /// Armature and constant inertia of both, as compiled.
-    compiled: [[[f64; 2]; 2]; LEGS],
+    /// Additional inertia, and damping, of the drives of each leg.
+    applied: [[[f64; 2]; DRIVES]; LEGS],
+    /// Their armature and constant inertia, as compiled.
+    compiled: [[[f64; 2]; DRIVES]; LEGS],
 }
 
 impl MotorParameters {
@@ -33,9 +33,8 @@ impl MotorParameters {
         let mut motor_parameters = Self::default();
         let model = engine.model();
         for (values, at) in motor_parameters.compiled.iter_mut().zip(legs) {
-            let (hip, pulley) = drive_dofs(at);
-            *values = [hip, pulley.unwrap_or(hip)]
-                .map(|dof| [model.dof_armature()[dof], model.dof_m0()[dof]]);
+            let of = |dof: usize| [model.dof_armature()[dof], model.dof_m0()[dof]];
+            *values = drive_dofs(at).map(|dof| dof.map_or([0.0; 2], of));
         }
         motor_parameters
     }
@@ -141,7 +140,7 @@ pub(crate) fn set_motors(
     engine: &mut Engine,
     model: &Model,
     legs: &[LegAddresses],
-    (motors, inputs, drive_states): (&Motors, &Inputs, &[DriveStates; LEGS]),
+    (inputs, drive_states): (&Inputs, &[DriveStates; LEGS]),
     seconds: f64,
     motor_parameters: &mut MotorParameters,
 ) {
@@ -149,10 +148,11 @@ pub(crate) fn set_motors(
     for (leg, at) in legs.iter().enumerate() {
         let radius = model.legs[leg].pulley_radius;
         // The pulley is a slide with the coordinate radius times angle.
-        let scale = [1.0, 1.0 / (radius * radius)];
-        for (i, motor) in motors.both().into_iter().enumerate() {
-            let [voltage, bridge] = inputs[leg].of_motor(i);
-            let line = motor.line(voltage, bridge);
+        let scale = [1.0, 1.0 / (radius * radius), 1.0];
+        for (i, motor) in model.motors().into_iter().enumerate() {
+            let Some(motor) = motor else { continue };
+            let [first, second] = inputs[leg].of_motor(i);
+            let line = motor.line(first, second);
             let explicit = model.numerics.integrator == Integrator::Rk4;
             let terms = if explicit {
                 MotorTerms {
@@ -180,16 +180,18 @@ pub(crate) fn set_motors(
         return;
     }
     motor_parameters.applied = required;
-    let frictions = model.legs.iter().map(|leg| leg.friction[0]);
+    let frictions = model.legs.iter().map(|leg| {
+        let of_abduction = leg.abduction.map_or(0.0, |axis| axis.friction);
+        [leg.friction[0], 0.0, of_abduction]
+    });
     engine.set_parameters(|compiled| {
         let all = legs.iter().zip(&required).zip(&motor_parameters.compiled);
         for (((at, required), compiled_values), friction) in all.zip(frictions) {
-            let (hip, pulley) = drive_dofs(at);
-            let dofs = [Some((hip, friction)), pulley.map(|pulley| (pulley, 0.0))];
-            for ((dof, [inertia, damping]), [armature, inertia_0]) in
-                dofs.into_iter().zip(required).zip(compiled_values)
+            let of_drives = drive_dofs(at).into_iter().zip(friction);
+            for (((dof, friction), [inertia, damping]), [armature, inertia_0]) in
+                of_drives.zip(required).zip(compiled_values)
             {
-                let Some((dof, friction)) = dof else { continue };
+                let Some(dof) = dof else { continue };
                 compiled.dof_armature_mut()[dof] = armature + inertia;
                 // For bodies of constant inertia MuJoCo reads this value and not the armature.
                 compiled.dof_m0_mut()[dof] = inertia_0 + inertia;
@@ -199,8 +201,8 @@ pub(crate) fn set_motors(
     });
 }
 
-/// Returns the degrees of freedom of a leg's hip and pulley.
-pub(crate) fn drive_dofs(at: &LegAddresses) -> (usize, Option<usize>) {
-    let [_, _, [_, hip]] = at.segments[0];
-    (hip, at.pulley.map(|[_, dof]| dof))
+/// Returns the degrees of freedom of a leg's hip, pulley and abduction.
+pub(crate) fn drive_dofs(at: &LegAddresses) -> [Option<usize>; DRIVES] {
+    let [_, _, hip] = at.segments[0];
+    [Some(hip), at.pulley, at.abduction].map(|address| address.map(|[_, dof]| dof))
 }

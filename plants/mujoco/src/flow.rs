@@ -157,6 +157,7 @@ impl Flow {
         self.ledger = Ledger::opened(self.stored());
         self.inputs = Inputs::default();
         let servos = matches!(self.model.drives, Some(DriveModels::Servos(_)));
+        let [.., servo_of_abduction] = self.model.servos;
         let drive_states = self.drive_states();
         for (inputs, [[hip, _], [pulley, _], [angle, _]]) in
             self.inputs.iter_mut().zip(drive_states)
@@ -164,7 +165,9 @@ impl Flow {
             if servos {
                 inputs.drives[..2].copy_from_slice(&[hip, pulley]);
             }
-            inputs.abduction = angle;
+            if servo_of_abduction.is_some() {
+                inputs.abduction[0] = angle;
+            }
         }
     }
 
@@ -213,12 +216,12 @@ impl Flow {
     /// Sets the drives and computes the forces. Returns whether a clutch has a reduced limit.
     fn drive(&mut self, seconds: f64) -> Result<bool, FlowFault> {
         let drive_states = self.drive_states();
-        if let Some(DriveModels::Motors(motors)) = self.model.drives {
+        if let Some(DriveModels::Motors(_)) = self.model.drives {
             drives::set_motors(
                 &mut self.engine,
                 &self.model,
                 &self.at.legs,
-                (&motors, &self.inputs, &drive_states),
+                (&self.inputs, &drive_states),
                 seconds,
                 &mut self.motor_parameters,
             );

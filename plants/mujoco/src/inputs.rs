@@ -7,7 +7,7 @@ use twinrig_legged::LEGS;
 pub(crate) const DRIVE_NAMES: [&str; DRIVES] = ["hip", "knee", "abduction"];
 pub(crate) const DRIVES: usize = 3;
 
-/// Index of the drive of abduction, which is a servo where there is one.
+/// Index of the drive of abduction.
 pub(crate) const ABDUCTION: usize = 2;
 
 /// Inputs of a leg's drives, as of the ports.
@@ -15,20 +15,24 @@ pub(crate) const ABDUCTION: usize = 2;
 pub(crate) struct LegInputs {
     /// Commands of hip and knee \[rad\], or voltage \[V\] and bridge of both.
     pub(crate) drives: [f64; 4],
-    /// Command of abduction \[rad\].
-    pub(crate) abduction: f64,
+    /// Command of abduction \[rad\], or the two inputs of its motor.
+    pub(crate) abduction: [f64; 2],
 }
 
 impl LegInputs {
     /// Returns the commands of servos of hip, knee and abduction \[rad\].
     pub(crate) fn commands(&self) -> [f64; DRIVES] {
         let [hip, knee, ..] = self.drives;
-        [hip, knee, self.abduction]
+        [hip, knee, self.abduction[0]]
     }
 
-    /// Returns voltage \[V\] and bridge of the motor of the hip (0) or the knee (1).
-    pub(crate) fn of_motor(&self, i: usize) -> [f64; 2] {
-        [self.drives[2 * i], self.drives[2 * i + 1]]
+    /// Returns both inputs of the motor of a drive: voltage \[V\] and bridge, or a torque–rate
+    /// line.
+    pub(crate) fn of_motor(&self, drive: usize) -> [f64; 2] {
+        match drive {
+            ABDUCTION => self.abduction,
+            _ => [self.drives[2 * drive], self.drives[2 * drive + 1]],
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Forces on the legs, from MuJoCo's solution.
 
 use serde::{Deserialize, Serialize};
-use twinrig_legged::{DriveModels, LEGS};
+use twinrig_legged::LEGS;
 
 use crate::addresses::Addresses;
 use crate::drives;
@@ -66,14 +66,13 @@ pub(crate) fn forces_on_legs(
             }
         }
         let clutch = forces.torques[1] / model.legs[leg].pulley_radius;
-        if let Some(DriveModels::Motors(motors)) = &model.drives {
-            for (i, motor) in motors.both().into_iter().enumerate() {
-                let [voltage, bridge] = inputs[leg].of_motor(i);
-                let rate = rates[leg].drive_rates()[i];
-                forces.torques[i] = motor.line(voltage, bridge).torque_at(rate);
-            }
+        for (i, motor) in model.motors().into_iter().enumerate() {
+            let Some(motor) = motor else { continue };
+            let [first, second] = inputs[leg].of_motor(i);
+            let rate = rates[leg].drive_rates()[i];
+            forces.torques[i] = motor.line(first, second).torque_at(rate);
         }
-        if let (_, Some(pulley)) = drives::drive_dofs(at) {
+        if let [_, Some(pulley), _] = drives::drive_dofs(at) {
             forces.tension = clutch - constraint_forces[pulley];
         }
         if let Some(foot) = at.foot {

@@ -1,6 +1,6 @@
 //! Constant data of the plant: the robot's parameters and the ground.
 
-use twinrig_actuator::PositionServo;
+use twinrig_actuator::{LegMotor, PositionServo};
 use twinrig_contact::{Ground, HeightField, Terrain};
 use twinrig_legged::{
     Abduction, Base, Contacts, DriveModels, LeggedError, Posture, Segment, positive,
@@ -187,8 +187,24 @@ impl Model {
         let drives = self.drives.as_ref();
         let [hip, knee] = drives.map_or([0.0; 2], DriveModels::inertias);
         let [.., abduction] = &self.servos;
-        let abduction = abduction.as_ref().map_or(0.0, PositionServo::inertia);
-        [hip, knee, abduction]
+        let servo = abduction.as_ref().map(PositionServo::inertia);
+        let motor = drives.and_then(DriveModels::abduction);
+        let abduction = servo.or(motor.map(LegMotor::inertia));
+        [hip, knee, abduction.unwrap_or(0.0)]
+    }
+
+    /// Returns the motors of hip, knee and abduction.
+    pub(crate) fn motors(&self) -> [Option<LegMotor>; DRIVES] {
+        match &self.drives {
+            Some(DriveModels::Motors(motors)) => motors.each().map(Option::<&LegMotor>::copied),
+            _ => [None; DRIVES],
+        }
+    }
+
+    /// Returns the number of inputs of a drive of abduction.
+    pub(crate) fn abduction_inputs(&self) -> usize {
+        let [.., motor] = self.motors();
+        if motor.is_some() { 2 } else { 1 }
     }
 
     /// Returns whether the trunk can move.

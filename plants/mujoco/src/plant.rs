@@ -70,8 +70,9 @@ impl Dynamics for Flow {
         for (leg, stored) in self.inputs.iter().enumerate().take(legs) {
             of_drives[leg * each..][..each].copy_from_slice(&stored.drives[..each]);
         }
-        for (input, stored) in of_abduction.iter_mut().zip(&self.inputs) {
-            *input = stored.abduction;
+        let each = self.model.abduction_inputs();
+        for (inputs, stored) in of_abduction.chunks_exact_mut(each).zip(&self.inputs) {
+            inputs.copy_from_slice(&stored.abduction[..each]);
         }
     }
 
@@ -81,8 +82,9 @@ impl Dynamics for Flow {
         for (leg, stored) in self.inputs.iter_mut().enumerate().take(legs) {
             stored.drives[..each].copy_from_slice(&of_drives[leg * each..][..each]);
         }
-        for (stored, input) in self.inputs.iter_mut().zip(of_abduction) {
-            stored.abduction = *input;
+        let each = self.model.abduction_inputs();
+        for (stored, inputs) in self.inputs.iter_mut().zip(of_abduction.chunks_exact(each)) {
+            stored.abduction[..each].copy_from_slice(inputs);
         }
     }
 

@@ -65,6 +65,10 @@ impl Readings for Flow {
         self.legs[leg].map_or(0.0, |frame| frame.carrier.angle)
     }
 
+    fn abduction_rate(&self, leg: usize) -> f64 {
+        self.legs[leg].map_or(0.0, |frame| frame.carrier.rate)
+    }
+
     fn abduction_torque(&self, leg: usize) -> f64 {
         self.forces[leg].torques[ABDUCTION]
     }

@@ -68,7 +68,7 @@ pub(crate) enum Kind<'a> {
 pub(crate) fn kinds(drives: &DriveModels) -> [Kind<'_>; 2] {
     match drives {
         DriveModels::Servos(Servos { hip, knee }) => [Kind::Servo(hip), Kind::Servo(knee)],
-        DriveModels::Motors(Motors { hip, knee }) => [Kind::Motor(hip), Kind::Motor(knee)],
+        DriveModels::Motors(Motors { hip, knee, .. }) => [Kind::Motor(hip), Kind::Motor(knee)],
     }
 }
 

@@ -165,6 +165,9 @@ impl Model {
         if robot.trunk.payload().is_some() {
             return Err(RapierError::Payload);
         }
+        if setup.abduction == Abduction::Serial {
+            setup.check_locked("`rapier` with serial servos")?;
+        }
         let abducts = setup.abduction != Abduction::Locked;
         if abducts && (options.step_only || options.joints == Joints::Multibody) {
             return Err(RapierError::Abduction);

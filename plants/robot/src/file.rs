@@ -20,6 +20,10 @@ const ROBOTS: Library = Library {
             "cheetah-cub-sts3215",
             include_str!("../files/cheetah-cub-sts3215.toml"),
         ),
+        (
+            "half-cub-xl330",
+            include_str!("../files/half-cub-xl330.toml"),
+        ),
         ("oncilla", include_str!("../files/oncilla.toml")),
     ],
 };

@@ -51,6 +51,7 @@ examples! {
     "tegotae-trot"
     "trot"
     "trot-damped"
+    "trot-dynamixel"
     "trot-fast"
     "trot-foot-load"
     "trot-grip"

@@ -58,6 +58,8 @@ pub const DRIVES: [(&str, &str); 2] = [(HIP_POSITION, HIP_TORQUE), (KNEE_POSITIO
 pub const ABDUCTION_POSITION: &str = "abduction/position";
 /// Torque of its drive.
 pub const ABDUCTION_TORQUE: &str = "abduction/torque";
+/// Angular velocity of abduction.
+pub const ABDUCTION_RATE: &str = "abduction/rate";
 /// Angles of hip, knee and ankle.
 pub const ANGLES: &str = "angles";
 /// Position of the foot, world frame.
@@ -131,7 +133,7 @@ pub const ENERGY: [Standard; 8] = [
 ];
 
 /// Measurements of a leg.
-pub const LEG: [Standard; 16] = [
+pub const LEG: [Standard; 23] = [
     plain(HIP_POSITION, Unit::Radian, 1),
     rate(HIP_RATE, Unit::RadianPerSecond, 1, HIP_POSITION),
     plain(HIP_TORQUE, Unit::NewtonMeter, 1),
@@ -148,6 +150,13 @@ pub const LEG: [Standard; 16] = [
     plain(ABDUCTION_POSITION, Unit::Radian, 1),
     plain(ABDUCTION_TORQUE, Unit::NewtonMeter, 1),
     plain(SEGMENTS_FORCE, Unit::Newton, 3),
+    rate(ABDUCTION_RATE, Unit::RadianPerSecond, 1, ABDUCTION_POSITION),
+    plain("hip/current", Unit::Ampere, 1),
+    plain("knee/current", Unit::Ampere, 1),
+    plain("abduction/current", Unit::Ampere, 1),
+    plain("hip/supply", Unit::Volt, 1),
+    plain("knee/supply", Unit::Volt, 1),
+    plain("abduction/supply", Unit::Volt, 1),
 ];
 
 impl Standard {

@@ -9,6 +9,8 @@ use crate::language::Words;
 pub struct ActuatorSpec {
     /// Actuator model.
     pub kind: ActuatorKind,
+    /// Place of the firmware of serial servos.
+    pub firmware: FirmwarePlace,
     /// Course of the set-points between commands; none for the default, which depends on the plant.
     pub set_point: Option<SetPointKind>,
     /// Overrides of the parameters of the hip servos.
@@ -58,6 +60,33 @@ impl Words for ActuatorKind {
         (Self::None.name(), Self::None),
         (Self::Motor.name(), Self::Motor),
         (Self::Serial.name(), Self::Serial),
+    ];
+}
+
+/// Place of the firmware of serial servos.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FirmwarePlace {
+    /// In the plant, which follows commands.
+    #[default]
+    Plant,
+    /// In the emulated servos of a bus.
+    Bus,
+}
+
+impl FirmwarePlace {
+    /// Returns the name in scenarios.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Plant => "plant",
+            Self::Bus => "bus",
+        }
+    }
+}
+
+impl Words for FirmwarePlace {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        (Self::Plant.name(), Self::Plant),
+        (Self::Bus.name(), Self::Bus),
     ];
 }
 

@@ -111,7 +111,7 @@ mod schema;
 mod sequence;
 mod until;
 
-pub use actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
+pub use actuator::{ActuatorKind, ActuatorSpec, FirmwarePlace, ServoOverride, SetPointKind};
 pub use body::{Along, BodyClaim, BodyMeasure, GetsUp};
 pub use catalogue::{Catalogue, Kind, Standalone, VariableSpec};
 pub use compare::{CompareClaim, CompareMeasure, Operand};

@@ -23,7 +23,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_robot::serial::{Friction, Gear, SerialServo};
 
-use super::{Bridge, Winding};
+use super::{Bridge, Electric, Winding};
 use crate::MotorLine;
 
 /// κ: the bristle and the motor alone oscillate with a period of 14 steps.
@@ -111,6 +111,12 @@ impl SerialDrive {
     /// Sets the command of the bridge.
     pub fn set_bridge(&mut self, bridge: Bridge) {
         self.state.bridge = bridge;
+    }
+
+    /// Returns voltage, current and torque of the motor at a rate of the joint \[rad/s\].
+    pub fn electric(&self, rate: f64) -> Electric {
+        self.winding
+            .electric(self.state.bridge, rate, self.state.rise)
     }
 
     /// Starts a step of a length \[s\] at an angle \[rad\] and a rate \[rad/s\] of the joint, and

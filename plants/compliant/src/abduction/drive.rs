@@ -3,7 +3,8 @@
 use twinrig_legged::{abduction_entry, adopt_abduction};
 use twinrig_runtime::PlantState;
 
-use super::AbductionJoints;
+use super::{AbductionJoints, JointLaw};
+use crate::commands::JointCommand;
 use crate::flow::AbductionState;
 use crate::lanes::{Lanes, Quad};
 
@@ -190,45 +191,56 @@ impl AbductionJoints<Quad> {
 }
 
 impl<L: Lanes> AbductionJoints<L> {
-    /// Returns the commanded accelerations; none without servos.
+    /// Returns the commanded accelerations; none without position servos.
     #[inline(always)]
     fn commanded(&self, set_point: L, joint: &JointState<L>) -> Option<L> {
-        Some(
-            self.servo
-                .as_ref()?
-                .acceleration(set_point, joint.angle, joint.rate),
-        )
+        match &self.law {
+            JointLaw::Servo(servo) => Some(servo.acceleration(set_point, joint.angle, joint.rate)),
+            JointLaw::Free | JointLaw::Motor(_) => None,
+        }
     }
 
     /// Returns the drive of joints in a state, some of them at the limit of their torque; joints
-    /// without servos turn freely. `resistance` is the torque of stops and friction \[N·m\].
+    /// without drives turn freely. `resistance` is the torque of stops and friction \[N·m\].
     #[inline(always)]
     pub fn drive(
         &self,
-        set_point: L,
+        command: &JointCommand<L>,
         joint: &JointState<L>,
         resistance: L,
         limited: Option<&Limited<L>>,
     ) -> JointDrive<L> {
-        let zero = set_point.zero();
-        let commanded = self.commanded(set_point, joint);
-        let turning = match (&commanded, limited) {
-            (None, _) => Some(zero.like(1.0).gt(zero)),
-            (Some(_), limited) => limited.map(|limited| limited.side.abs().gt(zero)),
-        };
-        JointDrive {
-            acceleration: commanded.unwrap_or(zero),
-            torque: limited.map_or(zero, |limited| limited.torque),
-            turning,
+        let zero = command.set_point.zero();
+        let inertia = self.inertia;
+        let turned = |torque| JointDrive {
+            acceleration: zero,
+            torque,
+            turning: Some(zero.like(1.0).gt(zero)),
             resistance,
-            inertia: self.inertia,
+            inertia,
+        };
+        match &self.law {
+            JointLaw::Free => turned(zero),
+            JointLaw::Motor(_) => turned(command.set_point - command.damping * joint.rate),
+            JointLaw::Servo(servo) => JointDrive {
+                acceleration: servo.acceleration(command.set_point, joint.angle, joint.rate),
+                torque: limited.map_or(zero, |limited| limited.torque),
+                turning: limited.map(|limited| limited.side.abs().gt(zero)),
+                resistance,
+                inertia,
+            },
         }
     }
 
     /// Returns the joints whose servos need a torque beyond its limit, if there are such servos.
     #[inline(always)]
     pub fn beyond(&self, motion: &JointMotion<L>, joint: &JointState<L>) -> Option<Limited<L>> {
-        let servo = self.servo.as_ref().filter(|servo| servo.is_limited())?;
+        let JointLaw::Servo(servo) = &self.law else {
+            return None;
+        };
+        if !servo.is_limited() {
+            return None;
+        }
         let torque = motion.torque + motion.acceleration * servo.inertia();
         Some(Limited::beyond(torque, servo.limited(torque, joint.rate)))
     }
@@ -239,10 +251,10 @@ impl<L: Lanes> AbductionJoints<L> {
         &self,
         limited: &Limited<L>,
         motion: &JointMotion<L>,
-        set_point: L,
+        command: &JointCommand<L>,
         joint: &JointState<L>,
     ) -> Option<(Limited<L>, bool)> {
-        let lag = self.commanded(set_point, joint)? - motion.acceleration;
+        let lag = self.commanded(command.set_point, joint)? - motion.acceleration;
         Some(limited.next(&self.beyond(motion, joint)?, lag))
     }
 }

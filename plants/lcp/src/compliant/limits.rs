@@ -26,9 +26,9 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
         solution: &Solution<L, N>,
     ) -> Option<(Limited<L>, bool)> {
         let (joints, state) = (self.legs.joints.first()?, self.state.abduction.first()?);
-        let set_point = self.commands.abduction_at(self.time);
+        let command = self.commands.abduction_at(self.time);
         let limited = limits.abduction.as_ref()?;
-        joints.next(limited, solution.joint.as_ref()?, set_point, state)
+        joints.next(limited, solution.joint.as_ref()?, &command, state)
     }
 
     /// Returns the slope with the joints of abduction at the limit of their torque, if they differ

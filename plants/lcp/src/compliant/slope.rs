@@ -97,7 +97,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
             }
             (DriveLaws::Motors([at_hip, at_pulley]), _) => {
                 let setting = self.setting::<FREE>(true);
-                let [hip_damping, knee_damping] = self.commands.damping;
+                let [hip_damping, knee_damping, _] = self.commands.damping;
                 let torque = hip - hip_damping * self.state.rates[0];
                 let solution =
                     self.solve_free::<FREE>(&setting.equations, torque, *at_hip, &setting.trunk);
@@ -182,11 +182,11 @@ impl<S: Simd<Lanes = L>, L: Lanes, const N: usize, const P: usize, const A: usiz
     fn joint(&self, trunk: &TrunkMotion) -> Option<(LegJoint<L>, Resistance<L>)> {
         let (joints, motion) = (self.legs.joints.first()?, self.state.abduction.first()?);
         let resistance = joints.resistance(motion.angle, motion.rate);
-        let set_point = self.commands.abduction_at(self.time);
+        let command = self.commands.abduction_at(self.time);
         let limited = self.limits.and_then(|limits| limits.abduction);
         let joint = LegJoint {
             frame: joints.frame(motion.angle, motion.rate, trunk),
-            drive: joints.drive(set_point, motion, resistance.torque, limited.as_ref()),
+            drive: joints.drive(&command, motion, resistance.torque, limited.as_ref()),
         };
         Some((joint, resistance))
     }

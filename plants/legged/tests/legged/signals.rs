@@ -108,6 +108,7 @@ fn motors_have_voltage_and_bridge_inputs_and_additional_rates() {
     let mut outputs = vec![f64::NAN; layout.len()];
     by_motors.write(
         &LoggedReadings::default(),
+        None,
         &Window::default(),
         0.0,
         &mut outputs,
@@ -224,7 +225,7 @@ fn only_selected_signals_are_read() {
     let signals = Signals::new(&NAMES, &setup(true, true), &|name| selected.contains(&name));
     let readings = LoggedReadings::default();
     let mut outputs = [f64::NAN; 5];
-    signals.write(&readings, &Window::default(), 1.0, &mut outputs);
+    signals.write(&readings, None, &Window::default(), 1.0, &mut outputs);
     assert_eq!(outputs, [1.0, 2.0, 3.0, 10.0, 17.0]);
     assert_eq!(readings.0.into_inner(), ["position", "energy"]);
 }
@@ -236,7 +237,7 @@ fn common_measurements_of_all_legs_are_read_once() {
         let signals = Signals::new(&NAMES, &setup(true, true), &select);
         let readings = LoggedReadings::default();
         let mut outputs = vec![f64::NAN; Layout::of(signals.ports(), Direction::Output).len()];
-        signals.write(&readings, &Window::default(), 1.0, &mut outputs);
+        signals.write(&readings, None, &Window::default(), 1.0, &mut outputs);
         readings.0.into_inner()
     };
     assert_eq!(calls(&["foot/position", "foot/velocity"]), ["feet"]);
@@ -261,7 +262,7 @@ fn legs_may_differ_in_their_selected_signals() {
     let mut outputs = [f64::NAN; 4];
     let mut window = Window::default();
     window.begin(1.0, GroundImpulses::default());
-    signals.write(&LoggedReadings::default(), &window, 2.0, &mut outputs);
+    signals.write(&LoggedReadings::default(), None, &window, 2.0, &mut outputs);
     assert_eq!(outputs, [0.6 * 3.0 + 0.8 * 4.0, 91.0, 0.0, 0.0]);
 }
 
@@ -272,7 +273,7 @@ fn every_measurement_is_written_to_its_port() {
     let mut outputs = vec![f64::NAN; layout.len()];
     let mut window = Window::default();
     window.begin(1.0, feet(&[[1.0, 0.0, 0.0], [3.0, 0.0, 1.0]]));
-    signals.write(&LoggedReadings::default(), &window, 1.5, &mut outputs);
+    signals.write(&LoggedReadings::default(), None, &window, 1.5, &mut outputs);
     assert!(outputs.iter().all(|value| value.is_finite()), "{outputs:?}");
     let read = |name: &str| &outputs[layout.find(name).unwrap()];
     assert_eq!(read("body/velocity"), [4.0, 5.0, 6.0]);

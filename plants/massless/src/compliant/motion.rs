@@ -92,12 +92,13 @@ impl<S: Simd, const A: usize, const B: usize> System for Motion<'_, S, A, B> {
         let DriveLaws::Motors(inertias) = self.model.drives else {
             return None;
         };
+        let [hip, pulley, _] = self.commands.damping;
         Some(self.simd.call(Find {
             legs: &self.legs,
             state,
             slope,
             inertias,
-            damping: self.commands.damping,
+            damping: [hip, pulley],
         }))
     }
 

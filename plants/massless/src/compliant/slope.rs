@@ -388,7 +388,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
                 ]
             }
             DriveLaws::Motors([at_hip, at_pulley]) => {
-                let [hip_damping, pulley_damping] = self.commands.damping;
+                let [hip_damping, pulley_damping, _] = self.commands.damping;
                 [
                     (hip - hip_damping * state.hip_rate - hip_load) * (1.0 / at_hip),
                     (pulley - pulley_damping * state.pulley_rate - pulley_load) * (1.0 / at_pulley),
@@ -423,7 +423,7 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
         };
         let mut body = body.swung(frame.swing);
         let drive = joints.drive(
-            self.commands.abduction_at(self.time),
+            &self.commands.abduction_at(self.time),
             state,
             joints.resistance(state.angle, state.rate).torque,
             self.limited.as_ref().map(|(limited, _)| limited),
@@ -449,8 +449,8 @@ impl<S: Simd<Lanes = L>, L: Lanes, const A: usize, const B: usize> Evaluation<'_
             let limited = joints.beyond(motion?, state).filter(Limited::any)?;
             return Some((limited, Limited::<L>::ROUNDS));
         };
-        let set_point = self.commands.abduction_at(self.time);
-        let (next, differs) = joints.next(limited, motion?, set_point, state)?;
+        let command = self.commands.abduction_at(self.time);
+        let (next, differs) = joints.next(limited, motion?, &command, state)?;
         Some((next, rounds.checked_sub(1).filter(|_| differs)?))
     }
 

@@ -1,6 +1,6 @@
 //! A run allocates no memory after its start.
 
-use twinrig_legged::{Base, Constraints, Drives, Setup};
+use twinrig_legged::{Base, Constraints, Drives, FirmwarePlace, Setup};
 use twinrig_massless::{Force, Massless, Method, Options};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
@@ -45,7 +45,10 @@ fn serial_servos_allocate_nothing() {
     let setup = Setup {
         base: Base::Fixed,
         ground: None,
-        drives: Drives::Serial(Box::new(servo)),
+        drives: Drives::Serial {
+            servo: Box::new(servo),
+            firmware: FirmwarePlace::Plant,
+        },
         ..setup()
     };
     let options = Options {

@@ -67,7 +67,7 @@ pub(super) fn write(leg: &LegModel, model: &Model, to: &mut Sections) {
         }
     }
     if let Some(DriveModels::Motors(_)) = model.drives {
-        let [hip, pulley, _] = joints;
+        let [hip, pulley, abduction] = joints;
         line!(
             to.actuators,
             "    <motor name=\"{tag}_hip\" joint=\"{}\"/>",
@@ -79,6 +79,13 @@ pub(super) fn write(leg: &LegModel, model: &Model, to: &mut Sections) {
             pulley.joint,
             pulley.ratio
         );
+        if let [.., Some(_)] = model.motors() {
+            line!(
+                to.actuators,
+                "    <motor name=\"{tag}_abduction\" joint=\"{}\"/>",
+                abduction.joint
+            );
+        }
     }
 }
 

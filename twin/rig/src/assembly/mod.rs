@@ -475,7 +475,7 @@ impl<'r> Assembly<'r> {
 
     /// Returns the baud rate of the serial port of a bus.
     pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, Error> {
-        Ok(self.part_builder().bus_kind(bus)?.baud())
+        Ok(self.part_builder().bus_kind(bus)?.baud(&bus.options))
     }
 
     /// Returns a decoder of the bytes of a trace, `BUS/in` or `BUS/out`; none for other traces, and
@@ -488,7 +488,9 @@ impl<'r> Assembly<'r> {
             _ => return None,
         };
         let bus = self.scenario().bus(bus)?;
-        self.registry.bus(&bus.kind)?.decoder(direction)
+        self.registry
+            .bus(&bus.kind)?
+            .decoder(&bus.options, direction)
     }
 
     pub(crate) fn leg_names(&self) -> Vec<&str> {

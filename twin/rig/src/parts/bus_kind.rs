@@ -24,6 +24,8 @@ type BuildWire = Box<dyn Fn(&BusContext<'_>) -> Result<Box<dyn Wire>, BuildError
 type Mount = Box<dyn Fn(&Options) -> Option<SensorMount> + Send + Sync>;
 type Calibrations = Box<dyn Fn(&Options) -> Vec<Placed<String>> + Send + Sync>;
 type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
+type Baud = Box<dyn Fn(&Options) -> u32 + Send + Sync>;
+type Decoders = Box<dyn Fn(&Options, Direction) -> Decoder + Send + Sync>;
 
 /// Key of the table with the timing of a USB converter.
 const USB: &str = "usb";
@@ -149,10 +151,10 @@ pub struct BusKind {
     measured: Measured,
     mount: Mount,
     calibrations: Calibrations,
-    baud: u32,
+    baud: Baud,
     driver: BuildDriver,
     wire: BuildWire,
-    decoder: Option<fn(Direction) -> Decoder>,
+    decoder: Option<Decoders>,
 }
 
 impl BusKind {
@@ -173,7 +175,7 @@ impl BusKind {
             measured: Box::new(|_| Vec::new()),
             mount: Box::new(|_| None),
             calibrations: Box::new(|_| Vec::new()),
-            baud: BAUD,
+            baud: Box::new(|_| BAUD),
             driver: Box::new(move |context| Ok(Box::new(driver(context)?))),
             wire: Box::new(move |context| Ok(Box::new(wire(context)?))),
             decoder: None,
@@ -196,22 +198,26 @@ impl BusKind {
             Ok(config(context)?.wire(&faults)?)
         };
         let kind = Self::new(name, about, driver, wire).with_faults();
-        kind.with_decoder(|direction| match direction {
+        kind.with_decoder(|_, direction| match direction {
             Direction::ToBoards => framed::<<D::Emulation as Emulation>::Message>(),
             Direction::ToDriver => framed::<<D::Protocol as Protocol>::Message>(),
         })
     }
 
-    /// Adds the decoder of the frames on the bus, for readers of its bytes.
+    /// Adds the decoder of the frames on a bus with these options, for readers of its bytes.
     #[must_use]
-    pub fn with_decoder(mut self, decoder: fn(Direction) -> Decoder) -> Self {
-        self.decoder = Some(decoder);
+    pub fn with_decoder(
+        mut self,
+        decoder: impl Fn(&Options, Direction) -> Decoder + Send + Sync + 'static,
+    ) -> Self {
+        self.decoder = Some(Box::new(decoder));
         self
     }
 
     /// Returns a decoder of the bytes in a direction; none if the kind has none.
-    pub(crate) fn decoder(&self, direction: Direction) -> Option<Decoder> {
-        self.decoder.map(|decoder| decoder(direction))
+    pub(crate) fn decoder(&self, options: &Options, direction: Direction) -> Option<Decoder> {
+        let decoder = self.decoder.as_ref()?;
+        Some(decoder(options, direction))
     }
 
     /// Adds an option, a key of the bus table; its value is in [`BusContext::options`].
@@ -237,8 +243,8 @@ impl BusKind {
         self.with_option(option(USB, about, Accepts::Group(usb::options())))
     }
 
-    /// Enables faults at `place`, `wire/NAME/PLACE`; `*` stands for every leg and every motor on
-    /// a free shaft of the scene.
+    /// Enables faults at `place`, `wire/NAME/PLACE`; a `*` in it stands for every leg and every
+    /// motor on a free shaft of the scene.
     #[must_use]
     pub fn with_place(mut self, place: impl Into<String>) -> Self {
         self.places.push(place.into());
@@ -289,7 +295,17 @@ impl BusKind {
     /// Sets the baud rate of the serial port \[bit/s\].
     #[must_use]
     pub fn at_baud(mut self, baud: u32) -> Self {
-        self.baud = baud;
+        self.baud = Box::new(move |_| baud);
+        self
+    }
+
+    /// Derives the baud rate of the serial port \[bit/s\] from the options.
+    #[must_use]
+    pub(crate) fn with_baud(
+        mut self,
+        baud: impl Fn(&Options) -> u32 + Send + Sync + 'static,
+    ) -> Self {
+        self.baud = Box::new(baud);
         self
     }
 
@@ -307,8 +323,8 @@ impl BusKind {
     }
 
     /// Returns the baud rate of the serial port \[bit/s\].
-    pub(crate) fn baud(&self) -> u32 {
-        self.baud
+    pub(crate) fn baud(&self, options: &Options) -> u32 {
+        (self.baud)(options)
     }
 
     /// Returns the patterns of the plant signals that the boards measure.
@@ -323,9 +339,12 @@ impl BusKind {
 
     /// Returns the places of faults for a scene with these legs and motors.
     pub(crate) fn places(&self, legs: &[&str]) -> Vec<String> {
-        let places = self.places.iter().flat_map(|place| match place.as_str() {
-            "*" => legs.iter().map(|&leg| leg.to_owned()).collect(),
-            place => vec![place.to_owned()],
+        let places = self.places.iter().flat_map(|place| {
+            if place.contains('*') {
+                legs.iter().map(|leg| place.replace('*', leg)).collect()
+            } else {
+                vec![place.clone()]
+            }
         });
         places.collect()
     }

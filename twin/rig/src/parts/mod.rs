@@ -36,6 +36,7 @@ mod rb110;
 mod sbcp;
 mod script;
 mod servo;
+mod servo_bus;
 pub mod setup;
 pub(crate) mod start;
 mod swing;
@@ -60,6 +61,8 @@ pub(crate) fn buses() -> Vec<BusKind> {
         optoforce::kind(),
         phidget::kind(),
         tactile::kind(),
+        servo_bus::dynamixel(),
+        servo_bus::feetech(),
     ]
 }
 

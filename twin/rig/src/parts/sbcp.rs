@@ -50,7 +50,7 @@ pub(crate) fn kind() -> BusKind {
         .with_faults()
         .with_place("link")
         .with_place("*")
-        .with_decoder(decoder);
+        .with_decoder(|_, direction| decoder(direction));
     let measured = [
         signal::HIP_POSITION,
         signal::KNEE_POSITION,

@@ -5,16 +5,16 @@ use std::sync::Arc;
 use twinrig_contact::{Ground, HeightField, Levels, Patch, Terrain};
 use twinrig_kernel::{Port, SimDuration, signal, stream};
 use twinrig_legged::{
-    Abduction, Base, Contacts, Drives, Push, PushSchedule, PushShape, PushTarget, SetPoint, Setup,
-    Signals, Start,
+    Abduction, Base, Contacts, Drives, FirmwarePlace, Push, PushSchedule, PushShape, PushTarget,
+    SetPoint, Setup, Signals, Start,
 };
 use twinrig_robot::leg::LegCommand;
 use twinrig_robot::serial::SerialServo;
 use twinrig_robot::{Motors, Robot, Servo};
 use twinrig_scenario::{
     Abduction as SceneAbduction, ActuatorKind, Base as SceneBase, Contacts as SceneContacts,
-    Ground as SceneGround, GroundBelow, Heights, PlantSpec, Profile, PulseShape, PushLoad,
-    PushSite, PushSpec, ServoOverride, SetPointKind,
+    FirmwarePlace as SceneFirmware, Ground as SceneGround, GroundBelow, Heights, PlantSpec,
+    Profile, PulseShape, PushLoad, PushSite, PushSpec, ServoOverride, SetPointKind,
 };
 
 use crate::error::BuildError;
@@ -131,11 +131,17 @@ fn drives(context: &PlantContext<'_>) -> Result<Drives, BuildError> {
             let Motors { hip, knee } = motors(context.robot)?;
             Drives::Motors { hip, knee }
         }
-        ActuatorKind::Serial => Drives::Serial(Box::new(serial(context.robot)?)),
+        ActuatorKind::Serial => Drives::Serial {
+            servo: Box::new(serial(context.robot)?),
+            firmware: match actuator.firmware {
+                SceneFirmware::Plant => FirmwarePlace::Plant,
+                SceneFirmware::Bus => FirmwarePlace::Bus,
+            },
+        },
     })
 }
 
-/// Returns the joints of hip abduction, with the servos of the robot file.
+/// Returns the joints of hip abduction, with the servos of the robot file, or serial ones.
 fn abduction(context: &PlantContext<'_>) -> Abduction {
     if context.plant.abduction == SceneAbduction::Locked {
         return Abduction::Locked;
@@ -146,6 +152,7 @@ fn abduction(context: &PlantContext<'_>) -> Abduction {
         (ActuatorKind::Ideal, _) => Abduction::Ideal {
             period: context.command_period.as_secs_f64(),
         },
+        (ActuatorKind::Serial, _) => Abduction::Serial,
         (_, servo) => servo.map_or(Abduction::Passive, Abduction::Servos),
     }
 }

@@ -7,7 +7,7 @@ use twinrig_document::{Item, Range, Reported};
 use twinrig_kernel::{SimDuration, Unit};
 
 use super::{code, print_duration};
-use crate::actuator::{ActuatorKind, ActuatorSpec, ServoOverride, SetPointKind};
+use crate::actuator::{ActuatorKind, ActuatorSpec, FirmwarePlace, ServoOverride, SetPointKind};
 use crate::language::{Declared, Key, Shape, TableSpec, choice, contextual, quantity, table};
 
 table! {
@@ -17,6 +17,9 @@ table! {
         .refined(only_servos_have_parameters);
     KIND: ActuatorKind = "kind", choice(), "kind of drives", r#"kind = "ideal""#,
         default("'servo'");
+    FIRMWARE: FirmwarePlace = "firmware", choice(),
+        "firmware of serial servos: in the plant, or in the servos of a bus `dynamixel` or `feetech`",
+        r#"kind = "serial", firmware = "bus""#, default("'plant'");
     SET_POINT: SetPointKind = "set_point", choice(),
         "set-points between commands: the last command, or a linear approach to it over one control period",
         r#"set_point = "held""#,
@@ -41,15 +44,22 @@ table! {
 }
 
 fn only_servos_have_parameters(schema: &mut serde_json::Value) {
-    use actuator_table::{HIP, KIND, KNEE, SET_POINT};
+    use actuator_table::{FIRMWARE, HIP, KIND, KNEE, SET_POINT};
     let others = ["ideal", "none", "motor", "serial"];
     schema["if"] = json!({
         "properties": { KIND.name: { "enum": others } },
         "required": [KIND.name],
     });
+    schema["allOf"] = json!([{
+        "if": { "required": [FIRMWARE.name] },
+        "then": {
+            "properties": { KIND.name: { "const": "serial" } },
+            "required": [KIND.name],
+        },
+    }]);
     let empty = json!({ "maxProperties": 0 });
     schema["then"] = json!({
-        "propertyNames": { "enum": [KIND.name, SET_POINT.name, HIP.name, KNEE.name] },
+        "propertyNames": { "enum": [KIND.name, FIRMWARE.name, SET_POINT.name, HIP.name, KNEE.name] },
         "properties": { HIP.name: empty, KNEE.name: empty },
         "if": { "properties": { KIND.name: { "enum": ["none", "motor", "serial"] } } },
         "then": { "properties": { SET_POINT.name: false } },
@@ -58,10 +68,11 @@ fn only_servos_have_parameters(schema: &mut serde_json::Value) {
 
 /// Reads `[actuator]`.
 pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec, Reported> {
-    use actuator_table::{HIP, KIND, KNEE, SET_POINT};
+    use actuator_table::{FIRMWARE, HIP, KIND, KNEE, SET_POINT};
     let table = &item.table()?;
     let table = actuator_table::TABLE.of(table);
     let kind = table.read(&KIND);
+    let firmware = table.read(&FIRMWARE);
     let set_point = table.get(&SET_POINT);
     let both = servo(table, run);
     let servo_in = |item: &Item<'_>| servo(servo_table::TABLE.of(&item.table()?), run);
@@ -69,7 +80,7 @@ pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec
         table.get_with(&HIP, servo_in),
         table.get_with(&KNEE, servo_in),
     );
-    let (kind, both, set_point) = (kind?, both?, set_point?);
+    let (kind, firmware, both, set_point) = (kind?, firmware?, both?, set_point?);
     let (hip, knee) = (hip?.unwrap_or_default(), knee?.unwrap_or_default());
     let has_overrides = [both, hip, knee]
         .iter()
@@ -102,8 +113,15 @@ pub(super) fn actuator(item: &Item<'_>, run: SimDuration) -> Result<ActuatorSpec
         let help = "leave `set_point` out, or write kind = \"servo\" or kind = \"ideal\"";
         return Err(item.report(why, help));
     }
+    if let Some(item) = table.item(&FIRMWARE)
+        && kind != ActuatorKind::Serial
+    {
+        let help = "leave `firmware` out, or write kind = \"serial\"";
+        return Err(item.report("only serial servos have a firmware", help));
+    }
     Ok(ActuatorSpec {
         kind,
+        firmware,
         set_point,
         hip: hip.over(both),
         knee: knee.over(both),

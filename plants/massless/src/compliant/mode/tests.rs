@@ -76,19 +76,21 @@ fn mode_of<S: Simd>(simd: S, flow: &CompliantFlow) -> StiffMode<S::Lanes> {
     let DriveLaws::Motors(inertias) = model.drives else {
         panic!("motors");
     };
+    let [hip, pulley, _] = damped(simd).damping;
+    let damping = [hip, pulley];
     Find {
         legs: &model.legs.load(simd),
         state: &state,
         slope: &slope_of(simd, flow, &state),
         inertias,
-        damping: damped(simd).damping,
+        damping,
     }
     .run()
 }
 
 fn damped<S: Simd>(simd: S) -> Commands<S::Lanes> {
     let mut commands = Commands::zero();
-    commands.damping = [Quad::splat(0.07), Quad::splat(0.06)];
+    commands.damping = [0.07, 0.06, 0.0].map(Quad::splat);
     commands.load(simd)
 }
 

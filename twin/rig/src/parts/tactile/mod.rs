@@ -38,7 +38,7 @@ pub(crate) fn kind() -> BusKind {
         .with_place(CHANNELS[1])
         .with_place(CHANNELS[2])
         .at_baud(BAUD)
-        .with_decoder(|_| framed::<Message>())
+        .with_decoder(|_, _| framed::<Message>())
         .mounting(|options| {
             Some(SensorMount {
                 signal: signal(options).to_owned(),
