@@ -102,10 +102,10 @@ fn options(models: Models) -> Vec<OptionSpec> {
             "baud rate of bus and port in bit/s (1000000)",
             Accepts::Natural(1..=u64::from(u32::MAX)),
         ),
-        choice(
+        option(
             "read",
-            "instruction by which the positions of all servos are read",
-            &PATTERNS.map(|(name, _)| name),
+            "instruction by which positions are read (sync; one-by-one of models without it)",
+            Accepts::Choice(PATTERNS.map(|(name, _)| name.to_owned()).into()),
         ),
         option(
             "settings",
@@ -189,7 +189,7 @@ fn config(context: &BusContext<'_>, models: Models) -> Result<ServoBusConfig, Bu
         name: context.name.to_owned(),
         servos: servos(context, kind, baud)?,
         byte_time: SimDuration::from_nanos((BITS * 1_000_000_000).div_ceil(baud)),
-        pattern: chosen(&PATTERNS, options.text("read")).unwrap_or_default(),
+        pattern: pattern(options.text("read"), kind.model),
         period: context.period,
         timeout: options.duration("timeout").unwrap_or(TIMEOUT),
         usb: usb::timing(options.group("usb"))?,
@@ -197,6 +197,17 @@ fn config(context: &BusContext<'_>, models: Models) -> Result<ServoBusConfig, Bu
         faults: context.fault_schedule(),
         seed: context.seed,
     })
+}
+
+/// Returns the read pattern of this name, or by default the fastest that all firmware versions of
+/// the model have.
+fn pattern(name: Option<&str>, model: &ServoModel) -> ReadPattern {
+    let found = PATTERNS.iter().find(|(known, _)| Some(*known) == name);
+    match found {
+        Some((_, pattern)) => *pattern,
+        None if model.lacks.contains(&Instruction::SYNC_READ) => ReadPattern::Read,
+        None => ReadPattern::SyncRead,
+    }
 }
 
 /// Returns the servos of the joints that the controller commands.

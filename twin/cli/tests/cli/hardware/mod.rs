@@ -7,6 +7,7 @@ mod first_contact;
 mod flood;
 mod judging;
 mod lockstep;
+mod servos;
 mod termination;
 mod trace;
 mod unplugging;
@@ -97,8 +98,12 @@ impl Running {
 
     /// Starts `twin serve` with the bus `sbcp` at `link` and waits until it is ready.
     pub fn serve(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> Self {
-        let pty = format!("sbcp={link}");
-        let words = [&["serve", scenario, "--pty", &pty], words].concat();
+        Self::serve_at(folder, scenario, &format!("sbcp={link}"), words)
+    }
+
+    /// Starts `twin serve` with a bus at a link, `BUS=LINK`, and waits until it is ready.
+    pub fn serve_at(folder: &Folder, scenario: &str, pty: &str, words: &[&str]) -> Self {
+        let words = [&["serve", scenario, "--pty", pty], words].concat();
         let mut served = Self::twin(folder, "serve", &words);
         wait_until("the twin is served", || {
             served.prints().contains("connect with: ") || served.has_ended()
