@@ -46,7 +46,7 @@ abduction = "hold"
 /// Serves the leg with servos of a model, and returns what a client prints.
 fn client(name: &str, module: &str, kind: &str, model: &str) -> Option<Value> {
     let python = python::python(module)?;
-    let folder = Folder::new();
+    let folder = Folder::new(&format!("{name}-{model}"));
     let scenario = LEG.replace("KIND", kind).replace("MODEL", model);
     let scenario = folder.file("leg.toml", &scenario);
     let link = folder.join("servos");
