@@ -21,5 +21,6 @@ mod resume_from;
 mod scenarios;
 mod sensors;
 mod serial_servos;
+mod servo_buses;
 mod set_points;
 mod steering;

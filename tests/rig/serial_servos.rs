@@ -254,7 +254,6 @@ fn firmware_on_a_bus_moves_a_leg_as_that_in_the_plant() {
             other.observe(&mut outputs);
             let positions = layout
                 .fields()
-                .iter()
                 .filter(|field| is_position(&field.port.name));
             let mut duties = Vec::new();
             for (firmware, field) in firmware.iter_mut().zip(positions) {

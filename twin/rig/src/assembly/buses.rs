@@ -130,6 +130,7 @@ impl PartBuilder<'_> {
             motors: &motors,
             process_ports,
             period: self.period(),
+            actuator: &scenario.actuator,
             options: &bus.options,
             faults: &faults,
             seed: scenario.seed,

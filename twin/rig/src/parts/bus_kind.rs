@@ -9,7 +9,7 @@ use twinrig_estimate::Calibration;
 use twinrig_kernel::{Port, SimDuration, SimTime};
 use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
-use twinrig_scenario::{Accepts, FaultSpec, Kind, OptionSpec, Options};
+use twinrig_scenario::{Accepts, ActuatorSpec, FaultSpec, Kind, OptionSpec, Options};
 use twinrig_sensor::SensorFile;
 use twinrig_wire::{Emulation, Fault, FaultSchedule, Node, Protocol, device_wire, usb_device_wire};
 
@@ -47,6 +47,8 @@ pub struct BusContext<'a> {
     pub process_ports: &'a [Port],
     /// Period of the controller.
     pub period: SimDuration,
+    /// Drives of the robot.
+    pub actuator: &'a ActuatorSpec,
     /// Values of the declared options, from the `[bus]` table of the scenario.
     pub options: &'a Options,
     /// Faults with their places on the bus: empty for the whole bus, or one of

@@ -9,7 +9,7 @@ use twinrig_dynamixel::{
 };
 use twinrig_feetech::STS3215;
 use twinrig_kernel::{BoardClock, Direction as PortDirection, LocalDuration, SimDuration, signal};
-use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
+use twinrig_scenario::{Accepts, FirmwarePlace, OptionSpec, OptionValue, Options};
 
 use crate::error::BuildError;
 use crate::parts::bus_kind::{BusContext, BusKind};
@@ -182,6 +182,11 @@ fn chosen<T: Copy>(all: &[(&str, T)], name: Option<&str>) -> Option<T> {
 }
 
 fn config(context: &BusContext<'_>, models: Models) -> Result<ServoBusConfig, BuildError> {
+    if context.actuator.firmware != FirmwarePlace::Bus {
+        let why = "servos on a bus move the joints: write [actuator] kind = \"serial\", \
+                   firmware = \"bus\"";
+        return Err(why.into());
+    }
     let options = context.options;
     let kind = chosen(models, options.text("model")).ok_or("a bus of servos needs a model")?;
     let baud = options.natural("baud").unwrap_or(u64::from(BAUD));

@@ -1,6 +1,6 @@
-//! Libraries of others, unmodified, on the PTY of `twin serve`, behind which the servos of a hanging
-//! leg run in real time: scans, registers, goals by one instruction, reads of all kinds, refused
-//! writes. No assertion depends on the speed of the machine.
+//! Libraries of others, unmodified, on the PTY of `twin serve`, behind which the servos of a
+//! hanging leg run in real time: scans, registers, goals by one instruction, reads of all kinds,
+//! refused writes. No assertion depends on the speed of the machine.
 
 use std::path::Path;
 
