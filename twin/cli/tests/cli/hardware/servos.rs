@@ -20,6 +20,7 @@ name = "leg"
 robot = "half-cub-xl330"
 duration = "1000000 s"
 seed = 1
+override.serial.supply.voltage = "VOLTAGE"
 
 [plant]
 model = "massless"
@@ -47,7 +48,10 @@ abduction = "hold"
 fn client(name: &str, module: &str, kind: &str, model: &str) -> Option<Value> {
     let python = python::python(module)?;
     let folder = Folder::new(&format!("{name}-{model}"));
+    // Servos of the AX series refuse to move below 6 V.
+    let voltage = if model == "ax-12a" { "11.1 V" } else { "5 V" };
     let scenario = LEG.replace("KIND", kind).replace("MODEL", model);
+    let scenario = scenario.replace("VOLTAGE", voltage);
     let scenario = folder.file("leg.toml", &scenario);
     let link = folder.join("servos");
     let served = Running::serve_at(&folder, &scenario, &format!("servos={link}"), &["--keep"]);
