@@ -84,7 +84,6 @@ impl TelnetDecoder {
                     self.state = State::Data;
                     return Some(TelnetEvent::Data(&all[..1]));
                 }
-                State::Command => self.begin_command(byte),
                 State::Option(verb) => {
                     self.state = State::Data;
                     return Some(TelnetEvent::Negotiation(verb, byte));
@@ -97,18 +96,13 @@ impl TelnetDecoder {
                 }
                 State::SubnegotiationCommand if byte == SE => {
                     self.state = State::Data;
-                    if self.subnegotiation.len() <= SUBNEGOTIATION_MAX
-                        && !self.subnegotiation.is_empty()
-                    {
-                        let option = self.subnegotiation[0];
-                        return Some(TelnetEvent::Subnegotiation(
-                            option,
-                            &self.subnegotiation[1..],
-                        ));
+                    if (1..=SUBNEGOTIATION_MAX).contains(&self.subnegotiation.len()) {
+                        let (option, parameters) = self.subnegotiation.split_at(1);
+                        return Some(TelnetEvent::Subnegotiation(option[0], parameters));
                     }
                 }
-                // The end is missing: the command is that of a new element.
-                State::SubnegotiationCommand => self.begin_command(byte),
+                // A subnegotiation without its end is left.
+                State::Command | State::SubnegotiationCommand => self.begin_command(byte),
             }
         }
         None

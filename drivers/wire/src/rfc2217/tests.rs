@@ -241,6 +241,17 @@ fn long_subnegotiation_is_discarded_and_what_follows_is_not() {
     assert_eq!(decoded(&bytes, &[3]), found);
 }
 
+#[test]
+fn endless_subnegotiation_takes_bounded_memory() {
+    let mut decoder = TelnetDecoder::default();
+    let mut rest = &[&[255, 250][..], &vec![7; 1 << 16]].concat()[..];
+    let allocated = allocation_counter::measure(|| assert_eq!(decoder.next(&mut rest), None));
+    assert!(
+        allocated.bytes_total < 10 * SUBNEGOTIATION_MAX as u64,
+        "{allocated:?}"
+    );
+}
+
 /// Request and answer on the wire, by the examples of RFC 2217 and pySerial.
 #[test]
 fn messages_have_the_bytes_of_the_standard() {

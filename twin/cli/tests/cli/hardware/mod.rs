@@ -7,6 +7,7 @@ mod first_contact;
 mod flood;
 mod judging;
 mod lockstep;
+mod network;
 mod termination;
 mod trace;
 mod unplugging;
@@ -95,10 +96,13 @@ impl Running {
         Self { child, out, err }
     }
 
-    /// Starts `twin serve` with the bus `sbcp` at `link` and waits until it is ready.
-    pub fn serve(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> Self {
-        let pty = format!("sbcp={link}");
-        let words = [&["serve", scenario, "--pty", &pty], words].concat();
+    /// Starts `twin serve` with the bus `sbcp` at `place`, a link or an address, and waits until it
+    /// is ready.
+    pub fn serve(folder: &Folder, scenario: &str, place: &str, words: &[&str]) -> Self {
+        let is_address = place.contains("://");
+        let option = if is_address { "--listen" } else { "--pty" };
+        let place = format!("sbcp={place}");
+        let words = [&["serve", scenario, option, &place], words].concat();
         let mut served = Self::twin(folder, "serve", &words);
         wait_until("the twin is served", || {
             served.prints().contains("connect with: ") || served.has_ended()
@@ -117,6 +121,13 @@ impl Running {
     /// Returns the output so far.
     pub fn prints(&self) -> String {
         std::fs::read_to_string(&self.out).unwrap()
+    }
+
+    /// Returns the place at which `twin serve` serves the bus `sbcp`.
+    pub fn place(&self) -> String {
+        let out = self.prints();
+        let place = out.lines().find_map(|line| line.strip_prefix("sbcp at "));
+        place.unwrap().to_owned()
     }
 
     fn has_ended(&mut self) -> bool {
