@@ -1,5 +1,5 @@
 //! Byte transports with their timing between a driver and the boards: in virtual time and, with the
-//! same driver, on a real port. Properties in virtual time:
+//! same driver, on a real port, also over a network. Properties in virtual time:
 //!
 //! - Deterministic: equal bytes, times, seed and faults give equal bytes at equal times, bit for
 //!   bit, independently of the instants at which a transport is advanced.

@@ -228,6 +228,20 @@ fn missing_option_and_other_parameters_are_refused() {
     assert_eq!(text, "the port has data size 7, not 8");
 }
 
+/// Otherwise two ends could confirm to each other without end.
+#[test]
+fn repeated_agreement_is_not_answered() {
+    let mut pair = Pair::new(BAUD, BAUD);
+    pair.exchange(&[1000]);
+    for (verb, option) in [(TelnetVerb::Will, 44), (TelnetVerb::Do, 0)] {
+        push_negotiation(verb, option, &mut pair.to_server);
+    }
+    let requests = std::mem::take(&mut pair.to_server);
+    let (server, reply) = (&mut pair.server, &mut pair.to_client);
+    server.handle_bytes(&requests, &mut Vec::new(), reply);
+    assert!(reply.is_empty(), "{reply:?}");
+}
+
 #[test]
 fn long_subnegotiation_is_discarded_and_what_follows_is_not() {
     let mut bytes = Vec::new();
