@@ -268,14 +268,12 @@ fn open(
 
 /// Opens a port of this machine by its path, or one over a network by its address.
 fn open_at(path: &Path, baud: u32) -> Result<(Box<dyn Device>, Option<String>), DeviceError> {
-    match path.to_str().and_then(NetworkAddress::parse) {
-        Some(address) => Ok((Box::new(RemotePort::open(&address?, baud)?), None)),
-        None => {
-            let port = SerialPort::open(path, baud)?;
-            let advice = port.advice();
-            Ok((Box::new(port), advice))
-        }
+    if let Some(address) = path.to_str().and_then(NetworkAddress::parse) {
+        return Ok((Box::new(RemotePort::open(&address?, baud)?), None));
     }
+    let port = SerialPort::open(path, baud)?;
+    let advice = port.advice();
+    Ok((Box::new(port), advice))
 }
 
 /// Returns the place assigned to a bus: the path of a device or of a link to a PTY, or an address of
