@@ -8,8 +8,8 @@ use thiserror::Error;
 /// block the reader indefinitely.
 pub const READ_MAX: usize = 1 << 16;
 
-/// An open byte transport of the machine: a serial port, a PTY, a connection over a network. Used by
-/// the real-time executors only.
+/// An open byte transport of the machine: a serial port, a PTY, a connection over a network. Used
+/// by the real-time executors only.
 pub trait Device: Send {
     /// Returns the location, used in messages: `/dev/ttyUSB0`.
     fn place(&self) -> &str;

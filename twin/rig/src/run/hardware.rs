@@ -276,8 +276,8 @@ fn open_at(path: &Path, baud: u32) -> Result<(Box<dyn Device>, Option<String>), 
     Ok((Box::new(port), advice))
 }
 
-/// Returns the place assigned to a bus: the path of a device or of a link to a PTY, or an address of
-/// a network.
+/// Returns the place assigned to a bus: the path of a device or of a link to a PTY, or an address
+/// of a network.
 pub fn place<'g>(places: &'g [(String, PathBuf)], bus: &str) -> Option<&'g Path> {
     let mut places = places.iter();
     places
