@@ -78,8 +78,9 @@ impl Connection {
         timeout: Duration,
         bytes: &mut Vec<u8>,
     ) -> Result<(), DeviceError> {
-        self.flush_or_keep()?;
-        if self.is_blocked() {
+        // Bytes of a peer that no longer reads are read all the same.
+        let flushed = self.flush_or_keep();
+        if flushed.is_ok() && self.is_blocked() {
             self.stream.wait(PollFlags::POLLOUT, timeout)?;
             return self.flush_or_keep();
         }
@@ -90,7 +91,7 @@ impl Connection {
             Session::Server(it) => it.handle_bytes(&self.inbox, bytes, &mut self.outbox),
         }
         self.inbox.clear();
-        read?;
+        flushed.and(read)?;
         self.flush_or_keep()
     }
 

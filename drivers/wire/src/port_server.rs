@@ -112,17 +112,6 @@ impl PortServer {
         }
     }
 
-    /// Ends the connection upon an error other than a client that does not read.
-    fn checked(&mut self, result: Result<(), DeviceError>) -> Result<(), DeviceError> {
-        match result {
-            Ok(()) | Err(DeviceError::Stuck { .. }) => result,
-            Err(_) => {
-                self.client = None;
-                Err(self.hung_up())
-            }
-        }
-    }
-
     fn hung_up(&self) -> DeviceError {
         DeviceError::HungUp {
             place: self.place.clone(),
@@ -139,8 +128,12 @@ impl Device for PortServer {
         let Some(client) = &mut self.client else {
             return Err(self.hung_up());
         };
-        let written = client.write(bytes);
-        self.checked(written)
+        match client.write(bytes) {
+            Ok(()) => Ok(()),
+            Err(DeviceError::Stuck { place, limit }) => Err(DeviceError::Stuck { place, limit }),
+            // The next read ends the connection, after its last bytes.
+            Err(_) => Err(self.hung_up()),
+        }
     }
 
     fn read_up_to(
@@ -152,15 +145,24 @@ impl Device for PortServer {
         let Some(client) = self.client() else {
             return Err(self.hung_up());
         };
-        // The bytes of a client that ends are read to the last one; those of an aborted connection
-        // are not: that of a program that has crashed in a flood would take minutes.
-        let read = if client.is_reset() {
-            Err(self.hung_up())
-        } else {
-            client.read_up_to(limit, timeout, bytes)
-        };
+        let (is_reset, before) = (client.is_reset(), bytes.len());
+        let read = client.read_up_to(limit, timeout, bytes);
+        if is_reset {
+            // The last bytes, perhaps a command to stop, are read once, as many as the buffer of a
+            // terminal has; all of those of a program that has crashed in a flood would take
+            // minutes.
+            self.client = None;
+            return if bytes.len() > before {
+                Ok(())
+            } else {
+                Err(self.hung_up())
+            };
+        }
         self.refuse_others();
-        self.checked(read)
+        if read.is_err() {
+            self.client = None;
+        }
+        read.map_err(|_| self.hung_up())
     }
 
     fn descriptor(&self) -> Option<BorrowedFd<'_>> {
