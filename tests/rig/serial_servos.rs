@@ -257,7 +257,7 @@ fn firmware_on_a_bus_moves_a_leg_as_that_in_the_plant() {
                 .filter(|field| is_position(&field.port.name));
             let mut duties = Vec::new();
             for (firmware, field) in firmware.iter_mut().zip(positions) {
-                match firmware.step(now, outputs[field.start]) {
+                match firmware.step(now, outputs[field.offset]) {
                     Bridge::Duty(duty) => duties.extend([duty, 1.0]),
                     Bridge::Open => duties.extend([0.0, 0.0]),
                 }

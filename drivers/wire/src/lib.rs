@@ -1,5 +1,5 @@
 //! Byte transports with their timing between a driver and the boards: in virtual time and, with the
-//! same driver, on a real port. Properties in virtual time:
+//! same driver, on a real port, also over a network. Properties in virtual time:
 //!
 //! - Deterministic: equal bytes, times, seed and faults give equal bytes at equal times, bit for
 //!   bit, independently of the instants at which a transport is advanced.
@@ -98,6 +98,10 @@
 mod analog_inputs;
 mod analog_source;
 mod arrivals;
+#[cfg(target_os = "linux")]
+mod byte_stream;
+#[cfg(target_os = "linux")]
+mod connection;
 mod diagnostics;
 mod distortion;
 mod duplex;
@@ -116,6 +120,7 @@ mod line;
 mod medium;
 mod message;
 mod microframes;
+mod network_address;
 mod node;
 mod node_slot;
 mod node_wakes;
@@ -124,8 +129,13 @@ mod noise;
 mod port;
 mod port_info;
 #[cfg(target_os = "linux")]
+mod port_server;
+#[cfg(target_os = "linux")]
 mod pty;
 mod quantize;
+#[cfg(target_os = "linux")]
+mod remote_port;
+pub mod rfc2217;
 mod rs485;
 mod sample_choice;
 mod sequence_number;
@@ -157,13 +167,18 @@ pub use framer::{FrameMatch, Framer, FramerState};
 pub use host_end::{HostEnd, device_wire, usb_device_wire};
 pub use line::{Line, earlier};
 pub use message::{FrameError, FramedMessage};
+pub use network_address::{NetworkAddress, NetworkTransport};
 pub use node::Node;
 #[cfg(target_os = "linux")]
 pub use port::{SerialPort, ports};
 pub use port_info::{PortInfo, UsbInfo};
 #[cfg(target_os = "linux")]
+pub use port_server::PortServer;
+#[cfg(target_os = "linux")]
 pub use pty::Pty;
 pub use quantize::quantize;
+#[cfg(target_os = "linux")]
+pub use remote_port::RemotePort;
 pub use rs485::{Recipient, Rs485};
 pub use sample_choice::SampleChoice;
 pub use sequence_number::SequenceNumber;
@@ -174,4 +189,4 @@ pub use uart::Uart;
 pub use usb_serial::UsbSerial;
 pub use usb_timing::{CompletionRule, InRule, OutRule, TURNAROUND, UsbPreset, UsbTiming};
 #[cfg(not(target_os = "linux"))]
-pub use without_ports::{Pty, SerialPort, ports};
+pub use without_ports::{PortServer, Pty, RemotePort, SerialPort, ports};

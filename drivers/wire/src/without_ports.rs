@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use twinrig_runtime::{Device, DeviceError};
 
+use crate::network_address::NetworkAddress;
 use crate::port_info::PortInfo;
 
 /// Real serial port, which this system does not have.
@@ -61,6 +62,41 @@ impl Pty {
     }
 }
 
+/// Serial port of another machine, for which this system has no real time.
+#[derive(Debug)]
+pub struct RemotePort(Infallible);
+
+impl RemotePort {
+    /// Refuses to open a port.
+    ///
+    /// # Errors
+    /// [`DeviceError::NeedsLinux`].
+    pub fn open(address: &NetworkAddress, _baud_rate: u32) -> Result<Self, DeviceError> {
+        let place = address.to_string();
+        Err(DeviceError::NeedsLinux { place })
+    }
+}
+
+/// Port served over a network, for which this system has no real time.
+#[derive(Debug)]
+pub struct PortServer(Infallible);
+
+impl PortServer {
+    /// Refuses to serve a port.
+    ///
+    /// # Errors
+    /// [`DeviceError::NeedsLinux`].
+    pub fn listen(address: &NetworkAddress, _baud_rate: u32) -> Result<Self, DeviceError> {
+        let place = address.to_string();
+        Err(DeviceError::NeedsLinux { place })
+    }
+
+    /// Address by which clients on this machine connect.
+    pub fn address(&self) -> &NetworkAddress {
+        match self.0 {}
+    }
+}
+
 /// Devices that cannot exist.
 macro_rules! no_device {
     ($($name:ty),*) => {$(
@@ -85,7 +121,7 @@ macro_rules! no_device {
     )*};
 }
 
-no_device!(SerialPort, Pty);
+no_device!(SerialPort, Pty, RemotePort, PortServer);
 
 /// Refuses to list ports.
 ///

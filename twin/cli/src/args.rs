@@ -98,9 +98,10 @@ pub enum Command {
     /// run begins a branch, which is written as a scenario with a [[change]] for each act: `twin
     /// run` of it is the same run, bit for bit. Needs a build with the feature `live`.
     Live(LiveArgs),
-    /// Emulate boards and plant in real time, with one pseudo-terminal (PTY) per bus
+    /// Emulate boards and plant in real time, with one pseudo-terminal (PTY) per bus, or a server
     ///
-    /// Any program can open the PTY as a serial port, for example `twin run` with --port.
+    /// Any program can open the PTY as a serial port, for example `twin run` with --port. With
+    /// --listen, programs and other machines connect by TCP.
     Serve(ServeArgs),
     /// List the serial ports of this machine
     Devices(DevicesArgs),
@@ -278,7 +279,8 @@ pub struct RunArgs {
     #[arg(long, value_name = "DURATION", value_parser = duration)]
     pub budget: Option<SimDuration>,
     /// Run in real time on the hardware at DEVICE instead of emulated boards and plant; one --port
-    /// per bus
+    /// per bus. DEVICE is a path, /dev/ttyUSB0, or the address of a server: tcp://HOST:PORT, raw
+    /// bytes, or rfc2217://HOST:PORT, which also sets the baud rate
     #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value)]
     pub port: Vec<(String, String)>,
     /// Folder for recordings
@@ -325,7 +327,8 @@ pub struct LiveArgs {
     #[arg(long, value_name = "PORT", default_value_t = 8766)]
     pub page: u16,
     /// Run in real time on the hardware at DEVICE instead of emulated boards and plant; one --port
-    /// per bus
+    /// per bus. DEVICE is a path, /dev/ttyUSB0, or the address of a server: tcp://HOST:PORT, raw
+    /// bytes, or rfc2217://HOST:PORT, which also sets the baud rate
     #[arg(long, value_name = "BUS=DEVICE", value_parser = key_value, conflicts_with_all = ["speed", "paused", "memory"])]
     pub port: Vec<(String, String)>,
     /// Simulated time over wall-clock time; 0: as fast as possible
@@ -364,6 +367,11 @@ pub struct ServeArgs {
     /// Create a symbolic link PATH to the PTY of a bus
     #[arg(long, value_name = "BUS=PATH", value_parser = key_value)]
     pub pty: Vec<(String, String)>,
+    /// Serve a bus over a network instead, to one client at a time: sbcp=tcp://4000, raw bytes, or
+    /// sbcp=rfc2217://4000, with settings of the port. tcp://HOST:PORT listens at an address other
+    /// than loopback, by which other machines reach the boards; port 0: any that is free
+    #[arg(long, value_name = "BUS=ADDRESS", value_parser = key_value)]
+    pub listen: Vec<(String, String)>,
     /// Time after the first received byte for which the robot is held in its start pose, so that
     /// boards can be configured and calibrated
     #[arg(long, value_name = "DURATION", value_parser = any_duration, default_value = "400 ms")]

@@ -8,8 +8,8 @@ use thiserror::Error;
 /// block the reader indefinitely.
 pub const READ_MAX: usize = 1 << 16;
 
-/// An open byte transport of the machine: a serial port, a PTY. Used by the real-time executors
-/// only.
+/// An open byte transport of the machine: a serial port, a PTY, a connection over a network. Used
+/// by the real-time executors only.
 pub trait Device: Send {
     /// Returns the location, used in messages: `/dev/ttyUSB0`.
     fn place(&self) -> &str;
@@ -78,11 +78,78 @@ pub enum DeviceError {
         /// Location of the device.
         place: String,
     },
-    /// The program at the other end of a PTY has closed it. It may be opened again.
+    /// The program at the other end of a PTY, or of a served connection, has closed it. It may be
+    /// opened again.
     #[error("{place}: the program at the other end has closed it")]
     HungUp {
         /// Location of the device.
         place: String,
+    },
+    /// The server of a port over a network has ended the connection.
+    #[error(
+        "{place}: the server has closed the connection; does it serve another client, or has it \
+         ended?"
+    )]
+    Closed {
+        /// Address of the server.
+        place: String,
+    },
+    /// An address of a network is malformed.
+    #[error("{place}: {why}; an address is tcp://HOST:PORT or rfc2217://HOST:PORT")]
+    BadAddress {
+        /// The address.
+        place: String,
+        /// The mistake.
+        why: String,
+    },
+    /// The name of a host has no address.
+    #[error("{place}: there is no such host ({why}); is the name right, and the network up?")]
+    NoHost {
+        /// Address of the server.
+        place: String,
+        /// Error of the operating system.
+        why: String,
+    },
+    /// No program listens at an address of a network.
+    #[error(
+        "{place}: the connection was refused; does a server listen at this port? `twin serve \
+         --listen` is one"
+    )]
+    ConnectionRefused {
+        /// Address of the server.
+        place: String,
+    },
+    /// A host does not answer.
+    #[error(
+        "{place}: no connection within {limit:?}; is the host switched on, and does a firewall \
+         block the port?"
+    )]
+    NoConnection {
+        /// Address of the server.
+        place: String,
+        /// Time waited.
+        limit: Duration,
+    },
+    /// A server does not answer to the negotiation of RFC 2217.
+    #[error(
+        "{place}: no answer within {limit:?} about {missing}; is it a server by RFC 2217? \
+         One of raw bytes is tcp://"
+    )]
+    NoAnswer {
+        /// Address of the server.
+        place: String,
+        /// Time waited.
+        limit: Duration,
+        /// Request without an answer.
+        missing: String,
+    },
+    /// A server by RFC 2217 cannot set the port as requested.
+    #[error("{place}: the server refuses the settings: {why}; use one that can set this port")]
+    Refused {
+        /// Address of the server.
+        place: String,
+        /// The refused setting.
+        why: String,
     },
     /// The device accepts no more bytes.
     #[error("{place}: took no more bytes for {limit:?}; is the other end being read?")]

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use twinrig_kernel::SimDuration;
-use twinrig_runtime::DeviceError;
 use twinrig_runtime::real_time::{EndReason, Hold, Privileges, Serve, ServeOptions, ServedWire};
-use twinrig_scenario::Scenario;
-use twinrig_wire::Pty;
+use twinrig_runtime::{Device, DeviceError};
+use twinrig_scenario::BusSpec;
+use twinrig_wire::{NetworkAddress, PortServer, Pty};
 
 use super::run::ports;
 use super::{FAILURE, SUCCESS, Terminal, settings};
@@ -50,7 +50,7 @@ fn serve_twin(
         });
     }
     let BuiltParts { buses, plant, .. } = assembly.parts()?;
-    let wires = wires(scenario, buses, &ports(&args.pty))?;
+    let wires = wires(&assembly, buses, args)?;
     for note in privileges(args).prepare() {
         terminal.note(&note);
     }
@@ -92,23 +92,32 @@ fn options(args: &ServeArgs, observe: SimDuration) -> ServeOptions {
     }
 }
 
-/// Connects the emulated wire of each bus to a PTY, with a symbolic link if one is given for the
-/// bus.
+/// Connects the emulated wire of each bus to its server if it has an address, and otherwise to a
+/// PTY, with a symbolic link if one is given for the bus.
 fn wires(
-    scenario: &Scenario,
+    assembly: &Assembly<'_>,
     buses: Vec<Bus>,
-    links: &[(String, PathBuf)],
+    args: &ServeArgs,
 ) -> Result<Vec<ServedWire>, TwinError> {
-    check_places(scenario, links)?;
-    let served = |Bus { name, wire, .. }: Bus| match pty(place(links, &name)) {
-        Ok(pty) => Ok(ServedWire {
-            name,
-            wire,
-            device: Box::new(pty),
-        }),
-        Err(source) => Err(TwinError::from(Error::Device { bus: name, source })),
+    let scenario = assembly.scenario();
+    let [links, addresses] = [&args.pty, &args.listen].map(|places| ports(places));
+    check_places(scenario, &[&links[..], &addresses].concat())?;
+    let served = |(spec, Bus { name, wire, .. }): (&BusSpec, Bus)| {
+        let device = match place(&addresses, &name) {
+            Some(address) => server(address, assembly.baud(spec)?),
+            None => pty(place(&links, &name)).map(|pty| Box::new(pty) as Box<dyn Device>),
+        };
+        match device {
+            Ok(device) => Ok(ServedWire { name, wire, device }),
+            Err(source) => Err(TwinError::from(Error::Device { bus: name, source })),
+        }
     };
-    buses.into_iter().map(served).collect()
+    scenario.buses.iter().zip(buses).map(served).collect()
+}
+
+fn server(address: &Path, baud: u32) -> Result<Box<dyn Device>, DeviceError> {
+    let address = NetworkAddress::parse_served(&address.to_string_lossy())?;
+    Ok(Box::new(PortServer::listen(&address, baud)?))
 }
 
 fn pty(link: Option<&Path>) -> Result<Pty, DeviceError> {

@@ -473,8 +473,11 @@ impl<'r> Assembly<'r> {
         self.scenario().end()
     }
 
-    /// Returns the baud rate of the serial port of a bus.
-    pub(crate) fn baud(&self, bus: &BusSpec) -> Result<u32, Error> {
+    /// Returns the baud rate of the serial port of a bus \[bit/s\].
+    ///
+    /// # Errors
+    /// [`Error`] if this build does not have its kind.
+    pub fn baud(&self, bus: &BusSpec) -> Result<u32, Error> {
         Ok(self.part_builder().bus_kind(bus)?.baud(&bus.options))
     }
 

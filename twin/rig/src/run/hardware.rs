@@ -7,7 +7,7 @@ use twinrig_kernel::{Port, SimTime};
 use twinrig_runtime::real_time::{EndReason, RealTimeReport, RealTimeRig, Steering};
 use twinrig_runtime::{Device, DeviceError, Driver, Group, Observer, RigError, RunEvent};
 use twinrig_scenario::{BusSpec, Scenario};
-use twinrig_wire::SerialPort;
+use twinrig_wire::{NetworkAddress, RemotePort, SerialPort};
 
 use crate::assembly::Assembly;
 use crate::assembly::builder::{BuiltParts, Bus};
@@ -202,9 +202,9 @@ fn prepare(
     let mut notes = Vec::new();
     let mut parts: Vec<(Box<dyn Driver>, Box<dyn Device>)> = Vec::new();
     for (bus, Bus { driver, .. }) in assembly.scenario().buses.iter().zip(buses) {
-        let port = open(assembly, bus, ports)?;
-        notes.extend(port.advice());
-        parts.push((driver, Box::new(port)));
+        let (device, advice) = open(assembly, bus, ports)?;
+        notes.extend(advice);
+        parts.push((driver, device));
     }
     notes.extend(unapplied_sensors(assembly));
     let carried: Vec<Port> = parts
@@ -251,22 +251,33 @@ fn folded_list(assembly: &Assembly<'_>, signals: &[impl AsRef<str>]) -> String {
     names.join(", ")
 }
 
-/// Opens the device of a bus.
+/// Opens the device of a bus; also returns an impairment of its timing, with a remedy.
 fn open(
     assembly: &Assembly<'_>,
     bus: &BusSpec,
     ports: &[(String, PathBuf)],
-) -> Result<SerialPort, Error> {
+) -> Result<(Box<dyn Device>, Option<String>), Error> {
     let name = &bus.name.value;
     let path = place(ports, name).ok_or_else(|| Error::NoPort { bus: name.clone() })?;
-    let opened = SerialPort::open(path, assembly.baud(bus)?);
+    let opened = open_at(path, assembly.baud(bus)?);
     opened.map_err(|source| Error::Device {
         bus: name.clone(),
         source,
     })
 }
 
-/// Returns the path assigned to a bus: that of a device, or of a link to a PTY.
+/// Opens a port of this machine by its path, or one over a network by its address.
+fn open_at(path: &Path, baud: u32) -> Result<(Box<dyn Device>, Option<String>), DeviceError> {
+    if let Some(address) = path.to_str().and_then(NetworkAddress::parse) {
+        return Ok((Box::new(RemotePort::open(&address?, baud)?), None));
+    }
+    let port = SerialPort::open(path, baud)?;
+    let advice = port.advice();
+    Ok((Box::new(port), advice))
+}
+
+/// Returns the place assigned to a bus: the path of a device or of a link to a PTY, or an address
+/// of a network.
 pub fn place<'g>(places: &'g [(String, PathBuf)], bus: &str) -> Option<&'g Path> {
     let mut places = places.iter();
     places
@@ -274,7 +285,7 @@ pub fn place<'g>(places: &'g [(String, PathBuf)], bus: &str) -> Option<&'g Path>
         .map(|(_, place)| place.as_path())
 }
 
-/// Checks that paths are assigned to existing buses only, and to each at most once.
+/// Checks that places are assigned to existing buses only, and to each at most once.
 ///
 /// # Errors
 /// The first bus without that.

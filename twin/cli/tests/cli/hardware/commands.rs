@@ -1,5 +1,6 @@
 //! Errors of the hardware commands, with their remedies.
 
+use std::net::TcpListener;
 use std::os::unix::fs::symlink;
 
 use twinrig_wire::{Pty, SerialPort};
@@ -92,6 +93,41 @@ fn device_error_names_device_and_bus() {
     let port = format!("sbcp={}", pty.path().display());
     fails_with(&run_at(&bench, &[&port]), &["in use"]);
     drop(taken);
+}
+
+#[test]
+fn address_error_names_address_and_bus() {
+    let folder = Folder::new("address");
+    let bench = folder.file("bench.toml", STAND);
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let taken = format!("tcp://127.0.0.1:{port}");
+    let serve = |words: &[&str]| twin(&[&["serve", &bench, "--listen"], words].concat());
+    let done = serve(&[&format!("sbcp={taken}")]);
+    fails_with(&done, &[&format!("bus `sbcp`: {taken}: in use")]);
+    drop(listener);
+    for scheme in ["tcp", "rfc2217"] {
+        let port = format!("{scheme}://127.0.0.1:{port}");
+        let words = format!("bus `sbcp`: {port}: the connection was refused");
+        fails_with(&run_at(&bench, &[&format!("sbcp={port}")]), &[&words]);
+    }
+    let words = [
+        "bus `sbcp`: tcp://robot: the port is missing",
+        "tcp://HOST:PORT",
+    ];
+    fails_with(&run_at(&bench, &["sbcp=tcp://robot"]), &words);
+    let words = [
+        "bus `sbcp`: udp://4000: unknown scheme",
+        "rfc2217://HOST:PORT",
+    ];
+    fails_with(&serve(&["sbcp=udp://4000"]), &words);
+    let words = ["there is no bus `sbpc`", "did you mean `sbcp`?"];
+    fails_with(&serve(&["sbpc=tcp://4000"]), &words);
+    let done = serve(&["sbcp=tcp://0", "--pty", "sbcp=link"]);
+    fails_with(
+        &done,
+        &["bus `sbcp`: tcp://0: ", "assigned to link already"],
+    );
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod first_contact;
 mod flood;
 mod judging;
 mod lockstep;
+mod network;
 mod servos;
 mod termination;
 mod trace;
@@ -96,14 +97,24 @@ impl Running {
         Self { child, out, err }
     }
 
-    /// Starts `twin serve` with the bus `sbcp` at `link` and waits until it is ready.
-    pub fn serve(folder: &Folder, scenario: &str, link: &str, words: &[&str]) -> Self {
-        Self::serve_at(folder, scenario, &format!("sbcp={link}"), words)
+    /// Starts `twin serve` with the bus `sbcp` at `place`, a link or an address, and waits until it
+    /// is ready.
+    pub fn serve(folder: &Folder, scenario: &str, place: &str, words: &[&str]) -> Self {
+        Self::serve_bus(folder, scenario, "sbcp", place, words)
     }
 
-    /// Starts `twin serve` with a bus at a link, `BUS=LINK`, and waits until it is ready.
-    pub fn serve_at(folder: &Folder, scenario: &str, pty: &str, words: &[&str]) -> Self {
-        let words = [&["serve", scenario, "--pty", pty], words].concat();
+    /// Does the same with a bus of that name.
+    pub fn serve_bus(
+        folder: &Folder,
+        scenario: &str,
+        bus: &str,
+        place: &str,
+        words: &[&str],
+    ) -> Self {
+        let is_address = place.contains("://");
+        let option = if is_address { "--listen" } else { "--pty" };
+        let place = format!("{bus}={place}");
+        let words = [&["serve", scenario, option, &place], words].concat();
         let mut served = Self::twin(folder, "serve", &words);
         wait_until("the twin is served", || {
             served.prints().contains("connect with: ") || served.has_ended()
@@ -122,6 +133,13 @@ impl Running {
     /// Returns the output so far.
     pub fn prints(&self) -> String {
         std::fs::read_to_string(&self.out).unwrap()
+    }
+
+    /// Returns the place at which `twin serve` serves the bus `sbcp`.
+    pub fn place(&self) -> String {
+        let out = self.prints();
+        let place = out.lines().find_map(|line| line.strip_prefix("sbcp at "));
+        place.unwrap().to_owned()
     }
 
     fn has_ended(&mut self) -> bool {

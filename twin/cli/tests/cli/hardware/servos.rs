@@ -54,7 +54,7 @@ fn client(name: &str, module: &str, kind: &str, model: &str) -> Option<Value> {
     let scenario = scenario.replace("VOLTAGE", voltage);
     let scenario = folder.file("leg.toml", &scenario);
     let link = folder.join("servos");
-    let served = Running::serve_at(&folder, &scenario, &format!("servos={link}"), &["--keep"]);
+    let served = Running::serve_bus(&folder, &scenario, "servos", &link, &["--keep"]);
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/hardware/servos.py");
     let words = [Path::new(name), Path::new(&link)];
     let found = python::run(&python, &script, &words, &json!(null));
