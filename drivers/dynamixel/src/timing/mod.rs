@@ -8,7 +8,9 @@ mod adapters;
 mod host_loop;
 mod prediction;
 mod stand;
+mod statistics;
 
 pub use adapters::{Adapter, adapters};
 pub use host_loop::{HostLoop, LoopError};
-pub use prediction::{LoopTimes, Prediction, RETURN_DELAYS, SLACKS, percentile, predictions};
+pub use prediction::{LoopTimes, Prediction, RETURN_DELAYS, SLACKS, predictions};
+pub use statistics::{ks_distance, percentile};

@@ -3,6 +3,7 @@ use twinrig_runtime::Timing;
 
 use super::adapters::adapters;
 use super::host_loop::{HostLoop, LoopError};
+use super::statistics::percentile;
 
 /// Return delays of the rows.
 pub const RETURN_DELAYS: [SimDuration; 5] = [
@@ -112,14 +113,4 @@ pub fn predictions() -> Result<Vec<Prediction>, LoopError> {
         }
     }
     Ok(rows)
-}
-
-/// Sorts periods and returns their percentile, zero if there are none.
-pub fn percentile(periods: &mut [SimDuration], percent: usize) -> SimDuration {
-    periods.sort_unstable();
-    let last = periods.len().saturating_sub(1);
-    periods
-        .get(last * percent / 100)
-        .copied()
-        .unwrap_or_default()
 }
