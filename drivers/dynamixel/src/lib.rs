@@ -9,6 +9,7 @@
 //! | control tables | [`ServoModel`] and its [`Register`]s; those of series in [`x`] and [`ax`] |
 //! | servo | [`Registers`], [`Responder`], [`ServoFirmware`]; [`ServoNode`] of all |
 //! | bus | [`ServoBusConfig`], of which [`DynamixelDriver`] and [`ServoBusWire`] are made |
+//! | timing | [`timing`]: loops of a host over a bus, predicted and judged |
 //!
 //! ```
 //! use twinrig_dynamixel::{ProtocolVersion, Request, Responder, Span, x};
@@ -54,6 +55,7 @@ mod registers;
 mod request;
 mod responder;
 mod table;
+pub mod timing;
 pub mod x;
 
 pub use bus::ServoBusWire;

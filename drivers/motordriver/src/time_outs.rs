@@ -48,7 +48,7 @@ pub(crate) fn master_config(config: &BusConfig) -> MasterConfig {
         .as_nanos()
         .div_ceil(MICROFRAME.as_nanos());
     let frames = u32::try_from(frames).unwrap_or(u32::MAX).max(1);
-    let timer = nanos(config.usb.latency_timer) * 2;
+    let timer = nanos(config.usb.latency_timer) * 2 + nanos(config.usb.inn.hold_max());
     let late = |board: &&BoardConfig| board.firmware.generation == Generation::First;
     let late = config.boards.iter().filter(late).count();
     let late = u32::try_from(match topology {

@@ -144,6 +144,7 @@ mod traffic;
 #[cfg(target_os = "linux")]
 mod tty;
 mod uart;
+mod usb_preset;
 mod usb_serial;
 mod usb_timing;
 #[cfg(not(target_os = "linux"))]
@@ -186,7 +187,8 @@ pub use traced::Traced;
 pub use traffic::{TrafficError, TrafficLog};
 pub use twinrig_runtime::FaultKind;
 pub use uart::Uart;
+pub use usb_preset::{TURNAROUND, UsbPreset};
 pub use usb_serial::UsbSerial;
-pub use usb_timing::{CompletionRule, InRule, OutRule, TURNAROUND, UsbPreset, UsbTiming};
+pub use usb_timing::{CompletionRule, InRule, OutRule, UsbTiming};
 #[cfg(not(target_os = "linux"))]
 pub use without_ports::{PortServer, Pty, RemotePort, SerialPort, ports};

@@ -26,6 +26,7 @@ use crate::{Arrivals, CompletionRule, InRule, Line, OutRule, Piece, UsbTiming, W
 pub struct UsbSerial<L> {
     name: String,
     out: OutRule,
+    inn: InRule,
     /// Microframes between the one by whose start a byte must be complete and the one whose packet
     /// carries it.
     in_delay: u64,
@@ -119,6 +120,7 @@ impl<L: Line> UsbSerial<L> {
         Ok(Self {
             name: name.to_owned(),
             out: timing.out,
+            inn: timing.inn,
             in_delay: u64::from(timing.inn == InRule::ByPreviousFrame),
             completion_delay: u64::from(timing.completion == CompletionRule::StartOfNext),
             turnaround: timing.turnaround,
@@ -155,7 +157,7 @@ impl<L: Line> UsbSerial<L> {
     /// Microframe of the first packet at an expiry of the timer that carries a byte complete at
     /// `arrival`.
     fn timed_return(&self, arrival: SimTime) -> u64 {
-        let earliest = self.frames.next(arrival) + self.in_delay;
+        let earliest = self.frames.next(self.inn.ready(arrival)) + self.in_delay;
         let wait = earliest.saturating_sub(self.state.returned);
         self.state.returned + wait.div_ceil(self.timer).max(1) * self.timer
     }
@@ -201,17 +203,16 @@ impl<L: Line> UsbSerial<L> {
 
     /// Returns the packets of microframe `returned` to the host.
     fn return_packets(&mut self, returned: u64) {
-        let complete_by = self.frames.start(returned.saturating_sub(self.in_delay));
+        let start = self.frames.start(returned.saturating_sub(self.in_delay));
+        let ready_until = self.inn.ready_until(start);
         let state = &mut self.state;
-        let complete = state.pending.complete(complete_by);
-        let timed = (returned - state.returned).is_multiple_of(self.timer);
-        let packets = if timed {
-            complete.div_ceil(self.payload)
-        } else {
-            complete / self.payload
-        };
-        let packets = packets.min(self.packets_per_microframe);
-        let count = complete.min(packets * self.payload);
+        let full = state.pending.complete(start) / self.payload * self.payload;
+        let is_timed = (returned - state.returned).is_multiple_of(self.timer);
+        let ready = ready_until.filter(|_| is_timed);
+        let ready = ready.map_or(0, |until| state.pending.complete(until));
+        let count = full.max(ready);
+        let count = count.min(self.packets_per_microframe * self.payload);
+        let packets = count.div_ceil(self.payload);
         let readable = &mut state.readable;
         state
             .pending

@@ -1,10 +1,6 @@
-use std::str::FromStr;
-
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::SimDuration;
+use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::Timing;
-
-use crate::WireError;
 
 /// Rule for the time at which bytes written by the host are in the chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,6 +22,48 @@ pub enum InRule {
     /// Bytes complete by the start of the previous microframe, when the chip prepares the packet.
     #[default]
     ByPreviousFrame,
+    /// Bytes complete when a timer of the chip with this period last expired, and full packets. The
+    /// timer runs freely from time 0.
+    ByTimer(SimDuration),
+    /// Bytes complete since this time, and full packets.
+    After(SimDuration),
+}
+
+impl InRule {
+    /// Returns the longest time for which the chip holds back a byte, besides its latency timer.
+    pub const fn hold_max(self) -> SimDuration {
+        match self {
+            Self::ByThisFrame | Self::ByPreviousFrame => SimDuration::ZERO,
+            Self::ByTimer(time) | Self::After(time) => time,
+        }
+    }
+
+    /// Returns the time from which on a packet that is not full may carry a byte complete at
+    /// `arrival`.
+    pub(crate) fn ready(self, arrival: SimTime) -> SimTime {
+        match self {
+            Self::ByThisFrame | Self::ByPreviousFrame => arrival,
+            Self::ByTimer(period) => {
+                let expiries = arrival.as_nanos().div_ceil(period.as_nanos().max(1));
+                SimTime::ZERO + period * expiries
+            }
+            Self::After(delay) => arrival + delay,
+        }
+    }
+
+    /// Returns the latest completion of a byte that such a packet may carry at `now`.
+    pub(crate) fn ready_until(self, now: SimTime) -> Option<SimTime> {
+        match self {
+            Self::ByThisFrame | Self::ByPreviousFrame => Some(now),
+            Self::ByTimer(period) => {
+                let expiries = now.as_nanos() / period.as_nanos().max(1);
+                Some(SimTime::ZERO + period * expiries)
+            }
+            Self::After(delay) => now
+                .checked_since(SimTime::ZERO + delay)
+                .map(|since| SimTime::ZERO + since),
+        }
+    }
 }
 
 /// Rule for the time at which the host controller reports a packet from the chip.
@@ -76,115 +114,4 @@ pub struct UsbTiming {
     pub frame_offset: SimDuration,
     /// Rate deviation of the host controller's clock from the host's \[ppb\]; positive: faster.
     pub frame_rate_ppb: i64,
-}
-
-/// Time from the host controller's interrupt to the host's program. ASSUMED; up to 100 µs are
-/// absorbed by the microframes.
-pub const TURNAROUND: SimDuration = SimDuration::from_micros(20);
-/// Maximum number of packets of 512 bytes in a microframe (USB 2.0, table 5-10).
-const HIGH_SPEED_PACKETS: usize = 13;
-/// Maximum number of packets of 64 bytes in a full-speed frame (USB 2.0, table 5-9).
-const FULL_SPEED_PACKETS: usize = 19;
-
-/// Named timings of hosts. Measure a host to find the preset that fits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum UsbPreset {
-    /// `thesis`: the only set of assumptions with which four boards of 106 µs each are served at
-    /// 400 Hz directly and, with 424 µs, at 1 kHz through a bus controller. Latency timer 0.
-    #[default]
-    Thesis,
-    /// `earliest`: each transfer in the earliest microframe. Four boards are served at 1 kHz
-    /// directly.
-    Earliest,
-    /// `low-latency`: as `thesis`, with a latency timer of 1 ms, Linux's low-latency setting.
-    LowLatency,
-    /// `default`: as `thesis`, with a latency timer of 16 ms, that of an unconfigured chip.
-    Default,
-    /// `full-speed`: the chip on a full-speed port: frames of 1 ms, packets of 62 bytes, latency
-    /// timer 1 ms.
-    FullSpeed,
-}
-
-impl UsbPreset {
-    /// All presets.
-    pub const ALL: [Self; 5] = [
-        Self::Thesis,
-        Self::Earliest,
-        Self::LowLatency,
-        Self::Default,
-        Self::FullSpeed,
-    ];
-
-    /// Returns the name in a scenario.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Thesis => "thesis",
-            Self::Earliest => "earliest",
-            Self::LowLatency => "low-latency",
-            Self::Default => "default",
-            Self::FullSpeed => "full-speed",
-        }
-    }
-}
-
-impl FromStr for UsbPreset {
-    type Err = WireError;
-
-    fn from_str(name: &str) -> Result<Self, WireError> {
-        let found = Self::ALL.into_iter().find(|preset| preset.name() == name);
-        found.ok_or_else(|| WireError::Preset {
-            found: name.to_owned(),
-            known: Self::ALL.map(Self::name).join(", "),
-        })
-    }
-}
-
-impl UsbTiming {
-    /// Returns the timing of a preset.
-    pub fn preset(preset: UsbPreset) -> Self {
-        let thesis = Self {
-            microframe: SimDuration::from_micros(125),
-            out: OutRule::EndOfNext,
-            inn: InRule::ByPreviousFrame,
-            completion: CompletionRule::StartOfNext,
-            turnaround: TURNAROUND,
-            latency_timer: SimDuration::ZERO,
-            payload: 510,
-            packets_per_microframe: HIGH_SPEED_PACKETS,
-            jitter: Timing::ZERO,
-            write_jitter: Timing::ZERO,
-            frame_offset: SimDuration::ZERO,
-            frame_rate_ppb: 0,
-        };
-        match preset {
-            UsbPreset::Thesis => thesis,
-            UsbPreset::Earliest => Self {
-                out: OutRule::StartOfNext,
-                inn: InRule::ByThisFrame,
-                completion: CompletionRule::AtOnce,
-                ..thesis
-            },
-            UsbPreset::LowLatency => Self {
-                latency_timer: SimDuration::from_millis(1),
-                ..thesis
-            },
-            UsbPreset::Default => Self {
-                latency_timer: SimDuration::from_millis(16),
-                ..thesis
-            },
-            UsbPreset::FullSpeed => Self {
-                microframe: SimDuration::from_millis(1),
-                latency_timer: SimDuration::from_millis(1),
-                payload: 62,
-                packets_per_microframe: FULL_SPEED_PACKETS,
-                ..thesis
-            },
-        }
-    }
-}
-
-impl Default for UsbTiming {
-    fn default() -> Self {
-        Self::preset(UsbPreset::default())
-    }
 }

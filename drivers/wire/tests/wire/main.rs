@@ -1,5 +1,6 @@
 //! Tests of wires, devices and framed protocols in virtual time.
 
+mod adapters;
 mod bus;
 mod device;
 mod faults;

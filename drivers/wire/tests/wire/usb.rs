@@ -381,7 +381,8 @@ fn invalid_timings_are_refused() {
     );
     assert_eq!(
         "fastest".parse::<UsbPreset>().unwrap_err().to_string(),
-        "unknown USB timing \"fastest\"; available: thesis, earliest, low-latency, default, full-speed"
+        "unknown USB timing \"fastest\"; available: thesis, earliest, low-latency, default, full-speed, \
+         ft232r, ft232r-pi3, ch340, atmega16u2, uart"
     );
 }
 

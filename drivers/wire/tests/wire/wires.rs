@@ -33,7 +33,12 @@ fn timing() -> impl Strategy<Value = UsbTiming> {
         Just(OutRule::StartOfNext),
         Just(OutRule::EndOfNext)
     ];
-    let inn = prop_oneof![Just(InRule::ByThisFrame), Just(InRule::ByPreviousFrame)];
+    let inn = prop_oneof![
+        Just(InRule::ByThisFrame),
+        Just(InRule::ByPreviousFrame),
+        (0_u64..3_000).prop_map(|period| InRule::ByTimer(us(period))),
+        (0_u64..3_000).prop_map(|delay| InRule::After(us(delay))),
+    ];
     let completion = prop_oneof![
         Just(CompletionRule::AtOnce),
         Just(CompletionRule::StartOfNext)

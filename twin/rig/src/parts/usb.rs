@@ -63,6 +63,7 @@ pub(super) fn timing(options: Option<&Options>) -> Result<UsbTiming, BuildError>
         .map_or(Ok(UsbPreset::default()), str::parse)?;
     let default = UsbTiming::preset(preset);
     let duration = |name, default| options.duration(name).unwrap_or(default);
+    let time = |name, default: &Timing| options.time(name).unwrap_or(default).clone();
     let latency_timer = duration("latency_timer", default.latency_timer);
     if latency_timer > LATENCY_TIMER_MAX {
         let why = format!("the latency timer of the converter is limited to {LATENCY_TIMER_MAX}");
@@ -76,11 +77,8 @@ pub(super) fn timing(options: Option<&Options>) -> Result<UsbTiming, BuildError>
     Ok(UsbTiming {
         latency_timer,
         turnaround: duration("turnaround", default.turnaround),
-        jitter: options.time("jitter").cloned().unwrap_or(Timing::ZERO),
-        write_jitter: options
-            .time("write_jitter")
-            .cloned()
-            .unwrap_or(Timing::ZERO),
+        jitter: time("jitter", &default.jitter),
+        write_jitter: time("write_jitter", &default.write_jitter),
         frame_offset: duration("frame_offset", default.frame_offset),
         frame_rate_ppb,
         ..default
