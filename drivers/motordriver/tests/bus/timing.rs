@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, stream};
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::Timing;
-use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
 
 use crate::harness::{Harness, LEGS, millis};
 
@@ -91,6 +91,16 @@ fn mean_with_long_latency_timers_equals_the_counted_rate() {
             (reported / counted - 1.0).abs() < 1e-9,
             "{timer} ms: {reported} Hz, not {counted} Hz"
         );
+    }
+}
+
+#[test]
+fn measured_adapters_lose_no_answer() {
+    for preset in [UsbPreset::Ft232r, UsbPreset::Ch340, UsbPreset::Atmega16u2] {
+        let mut config = free_running(BusTopology::Direct);
+        config.usb = UsbTiming::preset(preset);
+        let (harness, _) = run(&config, SimDuration::from_secs(2));
+        assert_eq!(harness.diagnostic("sbcp/errors"), 0.0, "{preset:?}");
     }
 }
 
