@@ -19,8 +19,8 @@ fn trot_on_sts3215(settings: &[(&str, &str)]) -> [f64; 2] {
 }
 
 /// The firmware of the plant and that of the emulated servos have the same law. The write of all
-/// goals has 32 bytes of 10 µs and begins two frames of USB of 125 µs later, so that it takes effect
-/// in the next period of the firmware, 1 ms later than a command in the plant.
+/// goals has 32 bytes of 10 µs and begins two frames of USB of 125 µs later, so that it takes
+/// effect in the next period of the firmware, 1 ms later than a command in the plant.
 #[test]
 fn robot_on_a_feetech_bus_moves_as_with_the_firmware_in_the_plant() {
     let later = ("override.serial.controller.command_delay", "'1 ms'");
@@ -63,7 +63,7 @@ fn options_of_servos_are_refused_with_a_remedy() {
         ),
         (
             ("bus.dynamixel.first_id", "250"),
-            "cannot have the identifier 253",
+            "cannot have the identifier 256",
         ),
     ] {
         let registry = Registry::standard();

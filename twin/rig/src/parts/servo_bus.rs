@@ -250,12 +250,14 @@ fn servos(
             reason = "the magnitude of the option is at most 0.1"
         )]
         let clock = BoardClock::new(LocalDuration::ZERO, rate_ppb as i64)?;
+        let id = u8::try_from(id)
+            .map_err(|_| format!("the servo `{name}` cannot have the identifier {id}"))?;
         servos.push(ServoConfig {
             signals: JointSignals::of_joint(&signal::of_leg(leg, joint)),
             command: signal::command(leg, joint),
             name,
             kind,
-            id: u8::try_from(id)?,
+            id,
             registers: registers.clone(),
             settings: settings.clone(),
             voltage,

@@ -115,7 +115,11 @@ def dynamixel_sdk(path):
     bulk = sdk.GroupBulkRead(bus.port, bus.packets)
     for number in IDS:
         assert bulk.addParam(number, 132, 4)
-    bus.repeated(lambda: True if bulk.txRxPacket() == sdk.COMM_SUCCESS else None)
+
+    def bulk_read():
+        bus.repeated(lambda: True if bulk.txRxPacket() == sdk.COMM_SUCCESS else None)
+        return [bulk.getData(number, 132, 4) for number in IDS]
+
     registers = lambda: bus.packets.regWriteTxRx(bus.port, 1, 65, 1, [1])
     bus.repeated(lambda: bus.ok(registers()))
     waiting = bus.read(1, 65, 5)
@@ -128,8 +132,8 @@ def dynamixel_sdk(path):
         "table": table,
         "refused": refused,
         "positions": positions,
-        "fast": bus.sync_read(132, 4, fast=True),
-        "bulk": [bulk.getData(number, 132, 4) for number in IDS],
+        "fast": settled(lambda: bus.sync_read(132, 4, fast=True)),
+        "bulk": settled(bulk_read),
         "registered": [waiting[0], waiting[4]],
         "executed": bus.read(1, 65, 1)[0],
     }
@@ -168,13 +172,13 @@ def rustypot(kind, path):
     result = {
         "found": bus.scan([*IDS, ABSENT]),
         "positions": settled(positions),
-        "single": [bus.read_raw_present_position(number)[0] for number in IDS],
+        "single": settled(lambda: [bus.read_raw_present_position(number)[0] for number in IDS]),
     }
     if bus.supports_broadcast_ping():
         result["all"] = bus.broadcast_scan()
     if hasattr(bus, "set_fast_sync_read"):
         bus.set_fast_sync_read(True)
-        result["fast"] = positions()
+        result["fast"] = settled(positions)
     bus.close()
     return result
 
@@ -188,12 +192,13 @@ def scservo_sdk(path):
     for number in IDS:
         assert bus.write(number, 40, [1]) == 0
     bus.sync_write(42, GOALS, 2)
+    position = lambda number: int.from_bytes(bytes(bus.read(number, 56, 2)), "little")
     return {
         "found": found,
         "absent": absent,
         "table": bus.read(1, 0, 40),
         "positions": settled(lambda: bus.sync_read(56, 2)),
-        "single": [int.from_bytes(bytes(bus.read(number, 56, 2)), "little") for number in IDS],
+        "single": settled(lambda: [position(number) for number in IDS]),
     }
 
 
