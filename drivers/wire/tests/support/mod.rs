@@ -32,7 +32,12 @@ impl Part for Echo {}
 
 impl Wire for Echo {
     fn send(&mut self, now: SimTime, bytes: &[u8]) {
-        assert!(bytes.len() <= self.transmit_buffer().unwrap().room(now));
+        let room = self.transmit_buffer().unwrap().room(now);
+        assert!(
+            bytes.len() <= room,
+            "{} bytes, room for {room}",
+            bytes.len()
+        );
         let duration = BYTE_TIME * u64::try_from(bytes.len()).unwrap();
         self.idle_from = self.idle_from.max(now) + duration;
         let times = if bytes.len() > 1000 { 16 } else { 1 };
@@ -132,7 +137,13 @@ impl Twin {
         let serve = Serve::new(options, Box::new(Lag::default()), wires).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = stop.clone();
-        let thread = thread::Builder::new().spawn(move || serve.run(&mut (), &flag));
+        let thread = thread::Builder::new().spawn(move || {
+            let (ended, report) = serve.run(&mut (), &flag);
+            if let Err(error) = &ended {
+                eprintln!("the twin has ended: {error}");
+            }
+            (ended, report)
+        });
         Self {
             addresses,
             unread,

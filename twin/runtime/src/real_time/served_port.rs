@@ -55,14 +55,11 @@ impl ServedPort {
         self.was_open && self.closed_until.is_some()
     }
 
-    /// Returns the number of bytes that may be read at `now`; the others remain in the device,
-    /// whose writer blocks when it is full.
+    /// Returns the number of bytes that may be read at `now`, beside those read and not yet written
+    /// to the wire; the others remain in the device, whose writer blocks when it is full.
     fn room(&self, now: SimTime) -> usize {
-        let room = self
-            .wire
-            .wire
-            .transmit_buffer()
-            .map(|buffer| buffer.room(now));
+        let buffer = self.wire.wire.transmit_buffer();
+        let room = buffer.map(|buffer| buffer.room(now).saturating_sub(self.pending.len()));
         match room {
             None => READ_MAX,
             Some(room) if room < USB_PACKET => 0,
