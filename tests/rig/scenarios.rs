@@ -34,8 +34,9 @@ const SIGNED: [(&str, &str); 4] = [
     ("compare", "peaks"),
 ];
 /// Last parts of the names of signals that are not negative.
-const NOT_NEGATIVE: [&str; 13] = [
+const NOT_NEGATIVE: [&str; 14] = [
     "clock_error_worst",
+    "damaged",
     "deviation",
     "errors",
     "filled_steps",

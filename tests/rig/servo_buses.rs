@@ -54,6 +54,17 @@ fn options_of_servos_are_refused_with_a_remedy() {
             "the register `position_p_gain` needs a whole number",
         ),
         (
+            ("bus.dynamixel.settings.position_p_gain", "70000"),
+            "cannot have 70000 in `position_p_gain`: 0 to 65535 fit",
+        ),
+        (
+            (
+                "bus",
+                "[{ kind = 'dynamixel' }, { kind = 'dynamixel', name = 'other' }]",
+            ),
+            "the bus `dynamixel` carries `leg/LF/hip/command`, too",
+        ),
+        (
             ("bus.dynamixel.baud", "1500000"),
             "has no 1500000 bit/s; it has 9600, 57600,",
         ),

@@ -37,6 +37,28 @@ impl ServoConfig {
     pub(crate) fn model(&self) -> &'static ServoModel {
         self.kind.model
     }
+
+    /// Rejects a register that the servo does not have, and a value that does not fit into it.
+    fn check_value(&self, address: u16, value: i32) -> Result<(), ServoBusError> {
+        let servo = || self.name.clone();
+        let Some(item) = self.model().item(address) else {
+            return Err(ServoBusError::Register {
+                servo: servo(),
+                address,
+            });
+        };
+        if item.representable(value) == value {
+            return Ok(());
+        }
+        let [least, greatest] = [i32::MIN, i32::MAX].map(|it| item.representable(it));
+        Err(ServoBusError::Value {
+            servo: servo(),
+            register: item.name,
+            value,
+            least,
+            greatest,
+        })
+    }
 }
 
 /// Signals of a servo in the plant.
@@ -132,13 +154,8 @@ impl ServoBusConfig {
                     second: servo.name.clone(),
                 });
             }
-            let unknown = servo.registers.iter().chain(&servo.settings);
-            let mut unknown = unknown.filter(|(address, _)| servo.model().item(*address).is_none());
-            if let Some((address, _)) = unknown.next() {
-                return Err(ServoBusError::Register {
-                    servo: servo.name.clone(),
-                    address: *address,
-                });
+            for &(address, value) in servo.registers.iter().chain(&servo.settings) {
+                servo.check_value(address, value)?;
             }
             if servo.id > servo.model().protocol.id_max() {
                 return Err(ServoBusError::Id {

@@ -49,6 +49,20 @@ pub enum ServoBusError {
         /// Address.
         address: u16,
     },
+    /// A value that does not fit into a register.
+    #[error("the servo `{servo}` cannot have {value} in `{register}`: {least} to {greatest} fit")]
+    Value {
+        /// Name of the servo.
+        servo: String,
+        /// Name of the register.
+        register: &'static str,
+        /// The value.
+        value: i32,
+        /// Least value.
+        least: i32,
+        /// Greatest value.
+        greatest: i32,
+    },
     /// An identifier that no servo has.
     #[error("the servo `{servo}` cannot have the identifier {id}")]
     Id {

@@ -70,11 +70,6 @@ impl Drives {
         matches!(self, Self::Motors { .. } | Self::Serial { .. })
     }
 
-    /// Returns whether the drives are serial servos.
-    pub const fn are_serial(&self) -> bool {
-        matches!(self, Self::Serial { .. })
-    }
-
     /// Returns the number of inputs of a leg in its dynamics: a command for each of hip and knee,
     /// or two for each motor.
     pub const fn inputs(&self) -> usize {

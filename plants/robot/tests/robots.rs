@@ -227,7 +227,13 @@ fn nearest_folder_precedes_its_ancestors_and_the_embedded_copy() {
     fs::write(root.join("robots/longer.toml"), named("longer")).unwrap();
     assert_eq!(
         RobotFile::names(&inner),
-        ["cheetah-cub", "cheetah-cub-sts3215", "longer", "oncilla"]
+        [
+            "cheetah-cub",
+            "cheetah-cub-sts3215",
+            "half-cub-xl330",
+            "longer",
+            "oncilla"
+        ]
     );
     fs::remove_dir_all(&root).unwrap();
 }

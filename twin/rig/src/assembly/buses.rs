@@ -1,7 +1,7 @@
 //! Buses and direct connections between controller and plant.
 
 use twinrig_document::suggestion;
-use twinrig_kernel::Port;
+use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::{DirectIo, IoTask, Process, RigError, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, matches};
 
@@ -23,7 +23,29 @@ impl PartBuilder<'_> {
                 wire: self.built_bus(bus, process_ports, |context| kind.wire(context))?,
             })
         };
-        self.scenario.buses.iter().map(built).collect()
+        let buses: Vec<Bus> = self
+            .scenario
+            .buses
+            .iter()
+            .map(built)
+            .collect::<Result<_, _>>()?;
+        let carried = |bus: &Bus| -> Vec<String> {
+            let ports = bus.driver.ports().into_iter();
+            let commands = ports.filter(|port| port.direction == Direction::Input);
+            commands.map(|port| port.name).collect()
+        };
+        for (n, bus) in buses.iter().enumerate() {
+            let commands = carried(bus);
+            for other in &buses[..n] {
+                let others = carried(other);
+                let Some(both) = commands.iter().find(|name| others.contains(name)) else {
+                    continue;
+                };
+                let why = format!("the bus `{}` carries `{both}`, too", other.name);
+                return Err(self.not_built("bus", &bus.name, why.into()));
+            }
+        }
+        Ok(buses)
     }
 
     /// Builds the tasks of a process with these ports: one per bus, and one for the signals without

@@ -21,9 +21,10 @@ use crate::parts::usb;
 const BAUD: u32 = 1_000_000;
 /// Bits of a byte with start and stop bit.
 const BITS: u64 = 10;
-/// Time-out of an answer besides its bytes and the return delay. ASSUMED; longer than a latency
-/// timer of 16 ms and a frame of USB.
+/// Least time-out of an answer by default, besides its bytes and the return delay, and its margin
+/// above the times for which the converter holds an answer. ASSUMED.
 const TIMEOUT: SimDuration = SimDuration::from_millis(20);
+const MARGIN: SimDuration = SimDuration::from_millis(4);
 /// Temperature of the servos \[°C\]. ASSUMED.
 const TEMPERATURE: f64 = 25.0;
 /// Joints of a leg, in the order of the identifiers.
@@ -119,7 +120,7 @@ fn options(models: Models) -> Vec<OptionSpec> {
         ),
         option(
             "timeout",
-            "time-out of an answer besides its bytes and the return delay (20 ms)",
+            "time-out of an answer besides its bytes and the return delay (20 ms, or 4 ms more than the latency timer)",
             Accepts::PositiveDuration,
         ),
         option(
@@ -190,14 +191,17 @@ fn config(context: &BusContext<'_>, models: Models) -> Result<ServoBusConfig, Bu
     let options = context.options;
     let kind = chosen(models, options.text("model")).ok_or("a bus of servos needs a model")?;
     let baud = options.natural("baud").unwrap_or(u64::from(BAUD));
+    let usb = usb::timing(options.group("usb"))?;
+    let held = usb.latency_timer + usb.inn.hold_max();
+    let timeout = TIMEOUT.max(held + MARGIN);
     Ok(ServoBusConfig {
         name: context.name.to_owned(),
         servos: servos(context, kind, baud)?,
         byte_time: SimDuration::from_nanos((BITS * 1_000_000_000).div_ceil(baud)),
         pattern: pattern(options.text("read"), kind.model),
         period: context.period,
-        timeout: options.duration("timeout").unwrap_or(TIMEOUT),
-        usb: usb::timing(options.group("usb"))?,
+        timeout: options.duration("timeout").unwrap_or(timeout),
+        usb,
         turnaround: options.duration("turnaround").unwrap_or_default(),
         faults: context.fault_schedule(),
         seed: context.seed,
