@@ -11,10 +11,13 @@ use twinrig_robot::serial::{Gear, Heating, SerialServo};
 use twinrig_robot::{Robot, RobotFile};
 use twinrig_runtime::Plant;
 
-fn cub() -> Robot {
+fn robot(name: &str) -> Robot {
     let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    let file = RobotFile::find("cheetah-cub-sts3215", root).unwrap();
-    file.robot().unwrap()
+    RobotFile::find(name, root).unwrap().robot().unwrap()
+}
+
+fn cub() -> Robot {
+    robot("cheetah-cub-sts3215")
 }
 
 /// Two legs of a robot that hangs from its trunk, with this servo.
@@ -43,6 +46,10 @@ fn is_position(name: &str) -> bool {
     name.ends_with("hip/position") || name.ends_with("knee/position")
 }
 
+fn is_measured(name: &str) -> bool {
+    is_position(name) || name.ends_with("/current") || name.ends_with("/supply")
+}
+
 fn lcp(robot: &Robot, setup: Setup, constraints: Constraints, method: Method) -> Box<dyn Plant> {
     let options = twinrig_lcp::Options {
         constraints,
@@ -52,13 +59,13 @@ fn lcp(robot: &Robot, setup: Setup, constraints: Constraints, method: Method) ->
         features: twinrig_lcp::Features::Detected,
         toe: false,
     };
-    Box::new(Lcp::new(robot, &options, &is_position).unwrap())
+    Box::new(Lcp::new(robot, &options, &is_measured).unwrap())
 }
 
 fn massless(robot: &Robot, setup: Setup, constraints: Constraints) -> Box<dyn Plant> {
     let mut options = twinrig_massless::Options::new(setup, Force::Solve);
     options.constraints = constraints;
-    Box::new(Massless::new(robot, &options, &is_position).unwrap())
+    Box::new(Massless::new(robot, &options, &is_measured).unwrap())
 }
 
 /// All plants, with their names.
@@ -274,5 +281,92 @@ fn firmware_on_a_bus_moves_a_leg_as_that_in_the_plant() {
         }
         let moved = angles(&mut *plant)[0] - home[0];
         assert!(moved > 0.1, "{name}: {moved} rad");
+    }
+}
+
+/// Servos of the joints of two legs that abduct, in the order of their inputs.
+const JOINTS: [&str; 6] = [
+    "LF/hip",
+    "LF/knee",
+    "RH/hip",
+    "RH/knee",
+    "LF/abduction",
+    "RH/abduction",
+];
+
+/// Plants of these legs, whose servos are on a bus.
+fn abducting() -> (SerialServo, [Box<dyn Plant>; 2]) {
+    let robot = robot("half-cub-xl330");
+    let servo = robot.serial.unwrap();
+    let setup = Setup {
+        abduction: Abduction::Serial,
+        ..setup_with(&servo, FirmwarePlace::Bus)
+    };
+    let compliant = Constraints::Compliant;
+    let lcp = lcp(&robot, setup.clone(), compliant, Method::Rk4);
+    (servo, [lcp, massless(&robot, setup, compliant)])
+}
+
+/// Inputs of one servo with a duty cycle; the bridges of the others are open.
+fn driven(joint: usize, duty: f64) -> [f64; 12] {
+    let mut inputs = [0.0; 12];
+    (inputs[2 * joint], inputs[2 * joint + 1]) = (duty, 1.0);
+    inputs
+}
+
+/// I = d V/(R + R_s d²), and V − R_s d I, of a motor at rest; the other motors have no current.
+#[test]
+fn current_and_supply_are_those_of_the_servo_that_is_driven() {
+    let duty = 0.5;
+    let (servo, mut plants) = abducting();
+    let (supply, motor) = (servo.supply, servo.motor);
+    let resistance = motor.resistance + supply.resistance * duty * duty;
+    let current = duty * supply.voltage / resistance;
+    let sagging = supply.voltage - supply.resistance * duty * current;
+    for plant in &mut plants {
+        let ports = plant.ports();
+        let inputs = ports
+            .iter()
+            .filter(|port| port.direction == Direction::Input);
+        let inputs: Vec<_> = inputs.map(|port| port.name.clone()).collect();
+        let names = JOINTS.map(|joint| ["duty", "bridge"].map(|it| format!("leg/{joint}/{it}")));
+        assert_eq!(inputs, names.concat());
+        let layout = Layout::of(&ports, Direction::Output);
+        let mut outputs = vec![0.0; layout.len()];
+        for i in 0..JOINTS.len() {
+            plant.advance(SimTime::ZERO, &driven(i, duty)).unwrap();
+            plant.observe(&mut outputs);
+            for (j, joint) in JOINTS.iter().enumerate() {
+                let expected = if i == j {
+                    [current, sagging]
+                } else {
+                    [0.0, supply.voltage]
+                };
+                for (what, expected) in ["current", "supply"].into_iter().zip(expected) {
+                    let field = layout.find(&format!("leg/{joint}/{what}")).unwrap();
+                    let found = outputs[field.start];
+                    assert!((found - expected).abs() < 1e-12, "{joint} {what}: {found}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn restored_servos_on_a_bus_continue_bit_for_bit() {
+    let (_, others) = abducting();
+    for (mut plant, mut other) in abducting().1.into_iter().zip(others) {
+        let mut run = |plant: &mut dyn Plant, [from, to]: [u32; 2]| {
+            for ms in from + 1..=to {
+                let inputs = driven(ms as usize / 7 % JOINTS.len(), 0.2);
+                plant.advance(instant(f64::from(ms)), &inputs).unwrap();
+            }
+            plant.save()
+        };
+        let saved = run(&mut *plant, [0, 50]);
+        let expected = run(&mut *plant, [50, 100]);
+        run(&mut *other, [0, 3]);
+        other.restore(&saved).unwrap();
+        assert_eq!(run(&mut *other, [50, 100]), expected);
     }
 }

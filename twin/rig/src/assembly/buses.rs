@@ -15,7 +15,7 @@ const DIRECT: &str = "io";
 impl PartBuilder<'_> {
     /// Builds drivers and wires of all buses, for a process with these ports.
     pub(crate) fn buses(&self, process_ports: &[Port]) -> Result<Vec<Bus>, Error> {
-        let built = |bus: &BusSpec| {
+        let built = |bus: &BusSpec| -> Result<Bus, Error> {
             let kind = self.bus_kind(bus)?;
             Ok(Bus {
                 name: bus.name.value.clone(),
