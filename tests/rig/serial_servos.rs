@@ -356,7 +356,7 @@ fn current_and_supply_are_those_of_the_servo_that_is_driven() {
 fn restored_servos_on_a_bus_continue_bit_for_bit() {
     let (_, others) = abducting();
     for (mut plant, mut other) in abducting().1.into_iter().zip(others) {
-        let mut run = |plant: &mut dyn Plant, [from, to]: [u32; 2]| {
+        let run = |plant: &mut dyn Plant, [from, to]: [u32; 2]| {
             for ms in from + 1..=to {
                 let inputs = driven(ms as usize / 7 % JOINTS.len(), 0.2);
                 plant.advance(instant(f64::from(ms)), &inputs).unwrap();
