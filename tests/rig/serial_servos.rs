@@ -314,7 +314,8 @@ fn driven(joint: usize, duty: f64) -> [f64; 12] {
     inputs
 }
 
-/// I = d V/(R + R_s d²), and V − R_s d I, of a motor at rest; the other motors have no current.
+/// I = d V/(R + r d²), and V − r d I, of a motor at rest at a supply with the resistance r; the
+/// other motors have no current.
 #[test]
 fn current_and_supply_are_those_of_the_servo_that_is_driven() {
     let duty = 0.5;
