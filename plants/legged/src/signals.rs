@@ -98,17 +98,14 @@ const OF_MOTORS: [LegSignal; 2] = [LegSignal::HipRate, LegSignal::KneeRate];
 const OF_ABDUCTION: [LegSignal; 2] = [LegSignal::AbductionPosition, LegSignal::AbductionTorque];
 
 /// Measurements available only with serial servos whose firmware is on a bus, which measures them.
-const OF_SERVOS: [LegSignal; 7] = [
-    LegSignal::AbductionRate,
+const OF_SERVOS: [LegSignal; 4] = [
     LegSignal::HipCurrent,
     LegSignal::KneeCurrent,
-    LegSignal::AbductionCurrent,
     LegSignal::HipSupply,
     LegSignal::KneeSupply,
-    LegSignal::AbductionSupply,
 ];
 
-/// Those of joints of abduction.
+/// The same of joints of abduction with such servos.
 const OF_ABDUCTION_SERVOS: [LegSignal; 3] = [
     LegSignal::AbductionRate,
     LegSignal::AbductionCurrent,
@@ -181,7 +178,7 @@ impl Signals {
         let motors = setup.drives.have_motors();
         let abduction = setup.abduction != Abduction::Locked;
         let servos = is_on_bus(&setup.drives);
-        let serial_abduction = setup.abduction == Abduction::Serial;
+        let abduction_servos = servos && setup.abduction == Abduction::Serial;
         let exists = |signal: &LegSignal| {
             (ground || !ON_GROUND.contains(signal))
                 && (drives || !OF_DRIVES.contains(signal))
@@ -189,7 +186,7 @@ impl Signals {
                 && (abduction || !OF_ABDUCTION.contains(signal))
                 && (segments || *signal != LegSignal::SegmentsForce)
                 && (servos || !OF_SERVOS.contains(signal))
-                && (serial_abduction || !OF_ABDUCTION_SERVOS.contains(signal))
+                && (abduction_servos || !OF_ABDUCTION_SERVOS.contains(signal))
         };
         let of_leg = |leg: &&str| {
             LEG.map(|signal| {
