@@ -176,6 +176,7 @@ fn restored_servos_continue_bit_for_bit() {
         let expected = swing(&mut *plant, [300, 600], home);
         swing(&mut *other, [0, 20], home);
         other.restore(&saved).unwrap();
+        assert_eq!(other.save(), saved);
         assert_eq!(swing(&mut *other, [300, 600], home), expected, "{name}");
     }
 }
@@ -368,6 +369,7 @@ fn restored_servos_on_a_bus_continue_bit_for_bit() {
         let expected = run(&mut *plant, [50, 100]);
         run(&mut *other, [0, 3]);
         other.restore(&saved).unwrap();
+        assert_eq!(other.save(), saved);
         assert_eq!(run(&mut *other, [50, 100]), expected);
     }
 }
