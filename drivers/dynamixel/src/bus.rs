@@ -1,8 +1,9 @@
-use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, UsbSerial};
+use twinrig_wire::{Faulty, FaultyNode, Line, Node, Recipient, Rs485, UsbSerial};
 
 use crate::config::ServoBusConfig;
 use crate::error::ServoBusError;
 use crate::node::ServoNode;
+use crate::protocol::ProtocolVersion;
 
 /// Transport between the host's driver and the plant: USB converter, half-duplex bus, servos.
 pub type ServoBusWire = UsbSerial<Box<dyn Line>>;
@@ -26,8 +27,12 @@ impl ServoBusConfig {
                 Box::new(node)
             });
         }
+        let recipient: Recipient = match self.protocol() {
+            ProtocolVersion::One => |bytes| ProtocolVersion::One.packet_address(bytes),
+            ProtocolVersion::Two => |bytes| ProtocolVersion::Two.packet_address(bytes),
+        };
         let mut line: Box<dyn Line> =
-            Box::new(Rs485::new(name, byte_time, self.turnaround, nodes)?);
+            Box::new(Rs485::new(name, byte_time, self.turnaround, nodes)?.with_packets(recipient));
         let place = format!("wire/{name}");
         if has_faults(&place) {
             line = Box::new(Faulty::new(&place, byte_time, faults, line)?);

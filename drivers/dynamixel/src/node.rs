@@ -3,7 +3,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{LocalTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, WiringError};
-use twinrig_wire::{Diagnostics, Node, Piece, earlier};
+use twinrig_wire::{Addresses, Diagnostics, Node, Piece, earlier};
 
 use crate::config::{JointSignals, ServoConfig};
 use crate::firmware::{BridgeCommand, ServoFirmware, ServoMeasurements};
@@ -209,6 +209,10 @@ impl Node for ServoNode {
 
     fn min_bytes_needed(&self) -> Option<usize> {
         Some(self.responder.missing())
+    }
+
+    fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
+        self.responder.listens_to(spacing)
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -96,6 +96,42 @@ impl ProtocolVersion {
         }
     }
 
+    /// Returns the greatest length of an answer with so many bytes of data, stuffing included
+    /// \[bytes\].
+    pub(crate) const fn answer_max(self, data: usize) -> usize {
+        match self {
+            Self::One => START_1 + LENGTH_MIN_1 + data,
+            // One more where three bytes are those of the header.
+            Self::Two => START_2 + LENGTH_MIN_2 + 1 + data + (1 + data) / 3,
+        }
+    }
+
+    /// Returns the address of the packet of which a transmission consists, for
+    /// [`twinrig_wire::Rs485::with_packets`]: the identifier, to which 0x100 is added for an answer
+    /// of protocol 2.0. None if it is not exactly one intact packet.
+    pub fn packet_address(self, bytes: &[u8]) -> Option<u16> {
+        let Beginning::Packet(length) = self.beginning(bytes) else {
+            return None;
+        };
+        let id = *bytes.get(self.id_place())?;
+        let is_answer = self == Self::Two && bytes.get(START_2) == Some(&Instruction::STATUS.0);
+        let address = if is_answer {
+            self.answer_address(id)
+        } else {
+            id.into()
+        };
+        (length == bytes.len()).then_some(address)
+    }
+
+    /// Returns the address of the answers of a servo; protocol 1.0 does not tell them from
+    /// instructions.
+    pub(crate) fn answer_address(self, id: u8) -> u16 {
+        match self {
+            Self::One => id.into(),
+            Self::Two => 0x100 | u16::from(id),
+        }
+    }
+
     /// Appends a packet to `bytes`.
     ///
     /// # Errors

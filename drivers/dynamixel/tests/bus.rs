@@ -292,23 +292,36 @@ fn a_command_that_is_not_a_number_leaves_the_last_goal() {
     assert_eq!(count(&rig, "saturated"), 60.0 + 40.0);
 }
 
-/// The instants and transmissions of a transfer grow in proportion to the servos.
+/// The instants, transmissions and receptions of a transfer grow in proportion to the servos; in a
+/// fast read all servos receive the parts of all those before them.
 #[test]
 fn work_grows_linearly_with_the_servos() {
-    let work = |servos: u8| {
-        let mut rig = harness(&config(servos, ReadPattern::SyncRead));
-        rig.open().unwrap();
-        let before = rig.work();
-        rig.transfers(10, PERIOD, &vec![0.1; servos.into()]);
-        let after = rig.work();
-        (
-            after.transmissions - before.transmissions,
-            after.instants - before.instants,
-        )
-    };
-    let [few, many] = [5, 50].map(work);
-    assert_eq!([few.0, many.0], [50, 500]);
-    assert!(many.1 < 10 * few.1, "{} {}", few.1, many.1);
+    for pattern in [
+        ReadPattern::Read,
+        ReadPattern::SyncRead,
+        ReadPattern::BulkRead,
+    ] {
+        let work = |servos: u8| {
+            let mut config = config(servos, pattern);
+            config.period = SimDuration::from_millis(40);
+            let mut rig = harness(&config);
+            rig.open().unwrap();
+            let before = rig.work();
+            rig.transfers(10, config.period, &vec![0.1; servos.into()]);
+            let after = rig.work();
+            (
+                after.transmissions - before.transmissions,
+                after.instants - before.instants,
+                after.received - before.received,
+            )
+        };
+        let [few, many] = [5, 50].map(work);
+        assert_eq!([few.0, many.0], [50, 500], "{pattern:?}");
+        assert!(many.1 < 10 * few.1, "{pattern:?}: {few:?}, {many:?}");
+        // All servos receive the goals, and the entries of a bulk read: of 5 servos in four pieces
+        // of USB each, of 50 in seven.
+        assert!(many.2 < 20 * few.2, "{pattern:?}: {few:?}, {many:?}");
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use twinrig_kernel::{
 use twinrig_runtime::{BusHealth, Part, PlantAccess, PlantSignals, TaskError, WiringError};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
 use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
-use twinrig_wire::{Node, Piece};
+use twinrig_wire::{Addresses, Node, Piece};
 
 use crate::clock_check::ClockCheck;
 use crate::config::{Attachment, BoardConfig, Generation};
@@ -378,10 +378,9 @@ impl Node for MotorBoard {
             .then(|| self.state.slave.min_bytes_needed())
     }
 
-    fn packet_address(&self, spacing: SimDuration) -> Option<u16> {
-        let slave = &self.state.slave;
-        let address = slave.packet_address(spacing);
-        address.filter(|_| !self.with_bytewise_reception)
+    fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
+        let address = self.state.slave.packet_address(spacing)?;
+        (!self.with_bytewise_reception).then(|| Addresses::new([address..=address]))
     }
 
     fn next_wake(&self) -> Option<SimTime> {

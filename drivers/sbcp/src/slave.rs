@@ -236,7 +236,7 @@ impl Slave {
     }
 
     /// Returns the device's address as [`recipient`] has it, for
-    /// `twinrig_wire::Node::packet_address`; none within a packet, or with
+    /// `twinrig_wire::Node::listens_to`; none within a packet, or with
     /// [`AnswerPolicy::MainLoop`].
     ///
     /// [`recipient`]: crate::recipient

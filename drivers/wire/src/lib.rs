@@ -19,13 +19,14 @@
 //! thirty in a cycle of four boards, instead of hundreds of bytes. Advancing more often changes
 //! nothing (a property test).
 //!
-//! *Packets as a whole.* Where each node of a bus listens to one address
-//! ([`Node::packet_address`]), a packet reaches its recipient only, an undisturbed answer is passed
-//! to the near end with the times of its bytes before it begins ([`Line::take_packet`]), and what
-//! happens between two visible events takes no call from outside ([`Line::run_ahead`]): sixteen
-//! instants in a cycle of four boards, eight of them ticks. All else is computed byte by byte. That
-//! is the reference of a property test over random buses, bytes and instants
-//! (`drivers/motordriver/tests/bus/packets.rs`): the results are the same bit for bit.
+//! *Packets as a whole.* A packet reaches the nodes that listen to its address only
+//! ([`Node::listens_to`]). Where all nodes receive packets as a whole, an undisturbed answer is
+//! passed to the near end with the times of its bytes before it begins ([`Line::take_packet`]), and
+//! what happens between two visible events takes no call from outside ([`Line::run_ahead`]):
+//! sixteen instants in a cycle of four boards, eight of them ticks. All else is computed byte by
+//! byte. That is the reference of property tests over random buses, bytes and instants
+//! (`drivers/motordriver/tests/bus/packets.rs`, `drivers/feetech/tests/packets.rs`): the results
+//! are the same bit for bit.
 //!
 //! A device with a framed protocol on a separate line takes three small parts: the messages
 //! ([`FramedMessage`]), a [`Protocol`], which [`FramedDriver`] turns into a driver, and an
@@ -95,6 +96,7 @@
 //! buffer (that of its transmit buffer is reported, not enforced); levels other than high and low;
 //! bytes that a receiver detects because of a wrong bit where none was sent; scenario files.
 
+mod addresses;
 mod analog_inputs;
 mod analog_source;
 mod arrivals;
@@ -150,6 +152,7 @@ mod usb_timing;
 #[cfg(not(target_os = "linux"))]
 mod without_ports;
 
+pub use addresses::Addresses;
 pub use analog_inputs::{AnalogInput, AnalogInputs};
 pub use analog_source::AnalogSource;
 pub use arrivals::{Arrivals, Piece};

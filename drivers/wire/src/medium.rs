@@ -36,12 +36,21 @@ pub(crate) struct Medium {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Receivers {
     One(usize),
-    /// All nodes but the one that transmits. `contiguous`: the bytes are a whole transmission at
-    /// the byte time of the bus, without a framing error.
+    /// All nodes but the one that transmits; only those that listen to the address, if the bytes
+    /// are a packet.
     Nodes {
         but: usize,
-        contiguous: bool,
+        packet: Option<u16>,
     },
+}
+
+/// Bytes on which nodes may react.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Needs {
+    /// The minimum number of further bytes: [`crate::Node::min_bytes_needed`].
+    pub(crate) bytes: Option<usize>,
+    /// Whether nodes receive packets as a whole.
+    pub(crate) packets: bool,
 }
 
 /// Contiguous transmission of one station.
@@ -54,6 +63,8 @@ struct Transmission {
     bytes: Vec<u8>,
     /// Whether the stop bits are wrong.
     framing_error: bool,
+    /// Address, if the bytes are exactly one packet, at the byte time of the bus.
+    packet: Option<u16>,
     /// Number of bytes received, at least by the near end.
     received: usize,
     /// Number of bytes delivered to the nodes.
@@ -145,11 +156,12 @@ impl Medium {
     }
 
     /// Adds a transmission. A byte takes at least the byte time of the bus and begins after the
-    /// previous byte of the same station.
-    pub(crate) fn transmit(&mut self, station: usize, piece: Piece<'_>) {
+    /// previous byte of the same station. `packet` is the address, if it is exactly one packet.
+    pub(crate) fn transmit(&mut self, station: usize, piece: Piece<'_>, packet: Option<u16>) {
         if piece.bytes.is_empty() {
             return;
         }
+        let intact = piece.spacing <= self.byte_time && !piece.framing_error;
         let first = piece.first.max(self.free_at[station] + self.byte_time);
         let mut bytes = self.spare.pop().unwrap_or_default();
         bytes.extend_from_slice(piece.bytes);
@@ -159,6 +171,7 @@ impl Medium {
             spacing: piece.spacing.max(self.byte_time),
             bytes,
             framing_error: piece.framing_error,
+            packet: packet.filter(|_| intact),
             received: 0,
             delivered: 0,
         };
@@ -198,8 +211,8 @@ impl Medium {
 
     /// Returns the time of the next reception that a station requires: the first byte of a node's
     /// transmission for the near end, the last byte of any transmission for all, and the byte that
-    /// completes `min_bytes_needed` for the nodes.
-    pub(crate) fn next_wake(&self, min_bytes_needed: Option<usize>) -> Option<SimTime> {
+    /// the nodes need.
+    pub(crate) fn next_wake(&self, needs: Needs) -> Option<SimTime> {
         let mut wake: Option<SimTime> = None;
         for transmission in &self.transmissions {
             if transmission.received == transmission.bytes.len() {
@@ -209,8 +222,9 @@ impl Medium {
             if transmission.station != NEAR && transmission.received == 0 {
                 index = 0;
             }
-            if let Some(count) = min_bytes_needed {
-                index = index.min(transmission.received + count.max(1) - 1);
+            if let Some(count) = self.bytes_needed(transmission, needs) {
+                let needed = transmission.delivered + count.max(1) - 1;
+                index = index.min(needed.max(transmission.received));
             }
             let at = transmission.at(index);
             wake = Some(wake.map_or(at, |wake| wake.min(at)));
@@ -219,12 +233,12 @@ impl Medium {
     }
 
     /// Delivers the bytes complete by `now` to their receivers; returns whether there were any. The
-    /// nodes receive a transmission when all of it is complete, unless they are `eager`; the bytes
-    /// are the same.
+    /// nodes receive a transmission when all of it is complete, unless they need bytes of it before;
+    /// the bytes are the same.
     pub(crate) fn receive(
         &mut self,
         now: SimTime,
-        eager: bool,
+        needs: Needs,
         mut deliver: impl FnMut(Receivers, Piece<'_>),
     ) -> bool {
         if !self
@@ -235,13 +249,13 @@ impl Medium {
             return false;
         }
         if self.overlaps(now) {
-            self.deliver_to_nodes(true, &mut deliver);
+            self.deliver_to_nodes(None, &mut deliver);
             while let Some(index) = self.next_complete(now) {
                 self.receive_byte(index, &mut deliver);
             }
         } else {
             self.receive_pieces(now, &mut deliver);
-            self.deliver_to_nodes(eager, &mut deliver);
+            self.deliver_to_nodes(Some(needs), &mut deliver);
         }
         self.remove_finished(now);
         true
@@ -272,6 +286,16 @@ impl Medium {
         })
     }
 
+    /// Returns the minimum number of further bytes of a transmission on which a node may react
+    /// before its end: none of an undisturbed packet.
+    fn bytes_needed(&self, transmission: &Transmission, needs: Needs) -> Option<usize> {
+        let is_whole = needs.packets
+            && transmission.packet.is_some()
+            && transmission.delivered == 0
+            && !self.is_contended(transmission.station, transmission.first, transmission.end());
+        needs.bytes.filter(|_| !is_whole)
+    }
+
     /// Time from which the transmitting station receives again.
     fn receives_from(&self, transmission: &Transmission) -> SimTime {
         if transmission.station == NEAR {
@@ -298,23 +322,29 @@ impl Medium {
         }
     }
 
-    /// Delivers the received bytes to the nodes: whole transmissions only, unless they are `eager`.
-    fn deliver_to_nodes(&mut self, eager: bool, deliver: &mut impl FnMut(Receivers, Piece<'_>)) {
-        for transmission in &mut self.transmissions {
-            if transmission.delivered == transmission.received
-                || !(eager || transmission.received == transmission.bytes.len())
-            {
+    /// Delivers the received bytes to the nodes: whole transmissions, and parts of those of which
+    /// bytes are needed, or of all.
+    fn deliver_to_nodes(
+        &mut self,
+        needs: Option<Needs>,
+        deliver: &mut impl FnMut(Receivers, Piece<'_>),
+    ) {
+        for index in 0..self.transmissions.len() {
+            let transmission = &self.transmissions[index];
+            let is_needed = transmission.received == transmission.bytes.len()
+                || needs.is_none_or(|needs| self.bytes_needed(transmission, needs).is_some());
+            if transmission.delivered == transmission.received || !is_needed {
                 continue;
             }
+            let transmission = &mut self.transmissions[index];
             let piece = transmission.piece(transmission.delivered..transmission.received);
             let (last, but) = (piece.last(), transmission.station);
             for receiver in (NEAR + 1..self.busy_until.len()).filter(|receiver| *receiver != but) {
                 self.busy_until[receiver] = last;
             }
-            let contiguous = piece.bytes.len() == transmission.bytes.len()
-                && piece.spacing == self.byte_time
-                && !piece.framing_error;
-            deliver(Receivers::Nodes { but, contiguous }, piece);
+            let is_whole = piece.bytes.len() == transmission.bytes.len();
+            let packet = transmission.packet.filter(|_| is_whole);
+            deliver(Receivers::Nodes { but, packet }, piece);
             transmission.delivered = transmission.received;
         }
     }

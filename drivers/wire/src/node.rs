@@ -1,14 +1,14 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Part, PlantAccess, TaskError};
 
-use crate::Piece;
+use crate::{Addresses, Piece};
 
 /// Device on a bus: an emulated board.
 ///
 /// The bus delivers the bytes transmitted by others, complete by now ([`Node::receive`]), and then
 /// calls [`Node::advance`]; after each such call it polls [`Node::poll_transmit`],
-/// [`Node::min_bytes_needed`], [`Node::packet_address`] and [`Node::next_wake`], which change at no
-/// other time.
+/// [`Node::min_bytes_needed`], [`Node::listens_to`] and [`Node::next_wake`], which change at no other
+/// time.
 pub trait Node: Part {
     /// Name, for messages, diagnostics and faults: `LF`.
     fn name(&self) -> &str;
@@ -25,15 +25,15 @@ pub trait Node: Part {
         None
     }
 
-    /// Returns the address to which the node listens, if for now it
+    /// Returns the addresses to which the node listens, if for now it
     ///
     /// - ignores every packet to another address whose bytes are complete at `spacing`: it need not
     ///   receive it, and is the same afterwards;
-    /// - transmits nothing but one answer to a packet to this address, as soon as it is received.
+    /// - transmits nothing but one answer to a packet to one of them, as soon as it is received.
     ///
     /// None, the default, if it must receive everything, or may transmit at any time. It concerns
     /// buses with packets ([`crate::Rs485::with_packets`]).
-    fn packet_address(&self, spacing: SimDuration) -> Option<u16> {
+    fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
         let _ = spacing;
         None
     }

@@ -1,16 +1,15 @@
 use twinrig_kernel::{Direction, Layout, SimDuration};
 
-use crate::{Node, Piece};
+use crate::{Addresses, Node, Piece};
 
 /// Node with cached properties.
 pub(crate) struct NodeSlot {
     pub(crate) node: Box<dyn Node>,
     /// Whether it has received bytes at this instant.
     pub(crate) received: bool,
-    /// Its [`Node::min_bytes_needed`] and [`Node::packet_address`], updated whenever it was
-    /// advanced.
+    /// Its [`Node::min_bytes_needed`] and [`Node::listens_to`], updated whenever it was advanced.
     pub(crate) min_bytes_needed: Option<usize>,
-    pub(crate) address: Option<u16>,
+    pub(crate) addresses: Option<Addresses>,
     /// Number of values of its diagnostics.
     pub(crate) width: usize,
 }
@@ -20,7 +19,7 @@ impl NodeSlot {
         let mut slot = Self {
             received: false,
             min_bytes_needed: None,
-            address: None,
+            addresses: None,
             width: Layout::of(&node.diagnostics(), Direction::Output).len(),
             node,
         };
@@ -33,8 +32,15 @@ impl NodeSlot {
         self.received = true;
     }
 
+    /// Whether a packet to this address must be received; any that comes with others at one
+    /// instant.
+    pub(crate) fn listens_to(&self, address: u16) -> bool {
+        let listens = |addresses: Addresses| addresses.contains(address);
+        self.received || self.addresses.is_none_or(listens)
+    }
+
     pub(crate) fn refresh(&mut self, byte_time: SimDuration) {
-        self.address = self.node.packet_address(byte_time);
+        self.addresses = self.node.listens_to(byte_time);
         self.min_bytes_needed = self.node.min_bytes_needed();
     }
 }

@@ -6,7 +6,7 @@ use twinrig_runtime::{
 
 use crate::error::nonzero;
 use crate::line::earlier;
-use crate::medium::{Medium, NEAR, Receivers};
+use crate::medium::{Medium, NEAR, Needs, Receivers};
 use crate::node_slot::NodeSlot;
 use crate::node_wakes::NodeWakes;
 use crate::{Arrivals, Line, Node, Piece, WireError};
@@ -22,9 +22,10 @@ pub type Recipient = fn(&[u8]) -> Option<u16>;
 /// simultaneously are received unchanged. A station receives nothing while it transmits; the near
 /// end nothing until the turnaround time of its transceiver has passed.
 ///
-/// On a bus with packets ([`Rs485::with_packets`]) nodes do not receive what they would ignore, and
-/// an undisturbed answer is passed to the near end as a whole ([`Line::take_packet`]). Everything
-/// else, and all on other buses, is computed byte by byte; the results are the same.
+/// On a bus with packets ([`Rs485::with_packets`]) nodes do not receive packets to which they do not
+/// listen, and an undisturbed answer may be passed to the near end as a whole
+/// ([`Line::take_packet`]). Everything else, and all on other buses, is computed byte by byte; the
+/// results are the same.
 pub struct Rs485 {
     name: String,
     slots: Vec<NodeSlot>,
@@ -37,15 +38,14 @@ pub struct Rs485 {
     near: Arrivals,
     /// Transmission just polled from a node.
     tx: Vec<u8>,
-    /// Minimum of [`Node::min_bytes_needed`] over the nodes.
-    min_bytes_needed: Option<usize>,
+    /// Bytes on which a node may react.
+    needs: Needs,
     /// Returns the address of the packet of which the bytes consist, if they are exactly one.
     recipient: Option<Recipient>,
-    /// An answer that the near end may take as a whole: index of the node and completion time of
-    /// the first byte. The bytes are those of `packet_bytes`.
-    packet: Option<(usize, SimTime)>,
+    /// An answer that the near end may take as a whole. The bytes are those of `packet_bytes`.
+    packet: Option<HeldPacket>,
     packet_bytes: Vec<u8>,
-    /// Whether every node listens to one address only.
+    /// Whether no node needs anything but packets to certain addresses.
     is_addressed: bool,
     /// Whether nothing but the near end transmits, undisturbed.
     is_undisturbed: bool,
@@ -55,6 +55,16 @@ pub struct Rs485 {
     node_wake: Option<SimTime>,
     medium_wake: Option<SimTime>,
     wake: Option<SimTime>,
+}
+
+/// Answer that is not on the wires yet.
+#[derive(Clone, Copy)]
+struct HeldPacket {
+    /// Index of the node.
+    from: usize,
+    /// Completion time of the first byte.
+    first: SimTime,
+    address: u16,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -88,7 +98,7 @@ impl Rs485 {
             near: Arrivals::default(),
             tx: Vec::new(),
             slots,
-            min_bytes_needed: None,
+            needs: Needs::default(),
             recipient: None,
             packet: None,
             packet_bytes: Vec::new(),
@@ -104,7 +114,7 @@ impl Rs485 {
     }
 
     /// Computes undisturbed packets as a whole. `recipient` returns the address of the packet of
-    /// which a transmission consists; none if it is not exactly one, or one to several nodes.
+    /// which a transmission consists; none if it is not exactly one.
     #[must_use]
     pub fn with_packets(self, recipient: Recipient) -> Self {
         Self {
@@ -123,16 +133,19 @@ impl Rs485 {
     }
 
     fn update_wake(&mut self) {
-        let mut min_bytes_needed = None::<usize>;
-        self.is_addressed = self.recipient.is_some();
+        let mut needs = Needs {
+            bytes: None,
+            packets: self.recipient.is_some(),
+        };
         for slot in &self.slots {
-            self.is_addressed &= slot.address.is_some() && slot.min_bytes_needed.is_none();
-            min_bytes_needed = match (min_bytes_needed, slot.min_bytes_needed) {
+            needs.packets &= slot.addresses.is_some();
+            needs.bytes = match (needs.bytes, slot.min_bytes_needed) {
                 (Some(least), Some(count)) => Some(least.min(count)),
                 (least, count) => least.or(count),
             };
         }
-        self.min_bytes_needed = min_bytes_needed;
+        self.needs = needs;
+        self.is_addressed = needs.packets && needs.bytes.is_none();
         self.update_node_wake();
         self.update_medium_wake();
     }
@@ -145,8 +158,8 @@ impl Rs485 {
     fn update_medium_wake(&mut self) {
         self.is_undisturbed = self.medium.is_undisturbed();
         // A packet that is not taken is on the wires from its first byte on.
-        let packet = self.packet.map(|(_, first)| first);
-        self.medium_wake = earlier(packet, self.medium.next_wake(self.min_bytes_needed));
+        let packet = self.packet.map(|packet| packet.first);
+        self.medium_wake = earlier(packet, self.medium.next_wake(self.needs));
         self.wake = earlier(self.node_wake, self.medium_wake);
     }
 
@@ -159,29 +172,26 @@ impl Rs485 {
         self.work.instants += 1;
         self.transmit_packet();
         let (slots, near) = (&mut self.slots, &mut self.near);
-        let recipient = self.recipient;
-        let is_addressed = &mut self.is_addressed;
-        let eager = self.min_bytes_needed.is_some();
+        let (is_addressed, work) = (&mut self.is_addressed, &mut self.work);
         let received = self
             .medium
-            .receive(now, eager, |receivers, piece| match receivers {
+            .receive(now, self.needs, |receivers, piece| match receivers {
                 Receivers::One(NEAR) => near.push_piece(piece),
                 Receivers::One(receiver) => {
                     slots[receiver - 1].receive(piece);
+                    work.received += 1;
                     *is_addressed = false;
                 }
-                Receivers::Nodes { but, contiguous } => {
-                    let address = recipient
-                        .filter(|_| *is_addressed && contiguous)
-                        .and_then(|recipient| recipient(piece.bytes));
+                Receivers::Nodes { but, packet } => {
                     let others = slots.iter_mut().enumerate();
                     let others = others.filter(|(index, _)| index + 1 != but);
                     for (_, slot) in others {
-                        if address.is_none() || slot.address == address {
+                        if packet.is_none_or(|address| slot.listens_to(address)) {
                             slot.receive(piece);
+                            work.received += 1;
                         }
                     }
-                    *is_addressed &= address.is_some();
+                    *is_addressed &= packet.is_some();
                 }
             });
         if received || self.wake.is_some_and(|wake| wake <= now) {
@@ -230,19 +240,20 @@ impl Rs485 {
                     bytes: &self.tx,
                     framing_error,
                 };
-                // No other node has received anything since it was seen to listen to its address
-                // only, and this one answers once.
-                let is_answer = self.is_addressed
-                    && self.packet.is_none()
-                    && !framing_error
-                    && slot.address.is_some()
-                    && self.recipient.and_then(|of| of(&self.tx)) == slot.address;
-                if is_answer && self.medium.is_clear(start) {
-                    self.packet = Some((index, piece.first));
+                let address = self.recipient.and_then(|of| of(&self.tx));
+                // This node answers once.
+                let may_hold = self.is_addressed && self.packet.is_none() && !framing_error;
+                let held = address.filter(|_| may_hold && slot.addresses.is_some());
+                if let Some(address) = held.filter(|_| self.medium.is_clear(start)) {
+                    self.packet = Some(HeldPacket {
+                        from: index,
+                        first: piece.first,
+                        address,
+                    });
                     self.packet_bytes.clone_from(&self.tx);
                 } else {
                     transmit(self.packet.take(), &self.packet_bytes, &mut self.medium);
-                    self.medium.transmit(index + 1, piece);
+                    self.medium.transmit(index + 1, piece, address);
                 }
             }
             slot.refresh(byte_time);
@@ -258,9 +269,10 @@ impl Rs485 {
 }
 
 /// Puts a packet on the wires, if there is one.
-fn transmit(of: Option<(usize, SimTime)>, bytes: &[u8], medium: &mut Medium) {
-    if let Some((index, first)) = of {
-        medium.transmit(index + 1, packet(first, medium.byte_time(), bytes));
+fn transmit(of: Option<HeldPacket>, bytes: &[u8], medium: &mut Medium) {
+    if let Some(held) = of {
+        let piece = packet(held.first, medium.byte_time(), bytes);
+        medium.transmit(held.from + 1, piece, Some(held.address));
     }
 }
 
@@ -344,7 +356,8 @@ impl Part for Rs485 {
 impl Line for Rs485 {
     fn send(&mut self, piece: Piece<'_>) {
         self.transmit_packet();
-        self.medium.transmit(NEAR, piece);
+        let address = self.recipient.and_then(|of| of(piece.bytes));
+        self.medium.transmit(NEAR, piece, address);
         self.update_medium_wake();
     }
 
@@ -397,11 +410,14 @@ impl Line for Rs485 {
     }
 
     fn take_packet(&mut self, accept: &mut dyn FnMut(Piece<'_>) -> bool) {
-        let Some((_, first)) = self.packet else {
+        let Some(held) = self.packet else {
             return;
         };
         let spacing = self.medium.byte_time();
-        if accept(packet(first, spacing, &self.packet_bytes)) {
+        let mut others = self.slots.iter().enumerate();
+        let is_ignored =
+            others.all(|(index, slot)| index == held.from || !slot.listens_to(held.address));
+        if is_ignored && accept(packet(held.first, spacing, &self.packet_bytes)) {
             self.work.packets += 1;
             self.packet = None;
         } else {

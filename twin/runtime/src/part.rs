@@ -11,6 +11,8 @@ pub struct BusWork {
     pub transmissions: u64,
     /// Transmissions computed as a whole, among them.
     pub packets: u64,
+    /// Pieces received by the nodes.
+    pub received: u64,
 }
 
 /// Common interface of the parts between a process and a plant (tasks, wires, lines, nodes):

@@ -10,6 +10,8 @@ use crate::table::ReturnDelay;
 
 /// Unit of the return delay time.
 const RETURN_DELAY_UNIT: SimDuration = SimDuration::from_micros(2);
+/// Greatest return delay: 254 units.
+pub(super) const RETURN_DELAY_MAX: SimDuration = SimDuration::from_micros(508);
 /// Pause between the answers of two successive identifiers to a ping to all, beside the answer
 /// itself. The vendor's library waits for so long for each (`dynamixel_sdk` 4.1, `broadcastPing`).
 /// ASSUMED.

@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
-use twinrig_wire::Piece;
+use twinrig_wire::{Addresses, Piece};
 
 use crate::codes::{ErrorNumber, Instruction};
 use crate::parser::{Parser, Received};
@@ -21,8 +21,8 @@ use turn::{After, Turn};
 /// Silence after which the beginning of a packet is forgotten, of protocol 1.0 (manual of AX-12A,
 /// "byte to byte time").
 const SILENCE_ONE: SimDuration = SimDuration::from_millis(100);
-/// The same of protocol 2.0, and silence after which a servo no longer waits for the answer of the
-/// one before it. ASSUMED: longer than a frame of USB and than the greatest return delay.
+/// The same of protocol 2.0, and the time by which the answers of those before may be late until a
+/// servo no longer waits for them. ASSUMED: longer than a frame of USB.
 const SILENCE: SimDuration = SimDuration::from_millis(5);
 /// The side of a servo on the bus: answers instructions by the registers. Bytes and times in, bytes
 /// and times out.
@@ -158,14 +158,7 @@ impl Responder {
             .received
             .and_then(|received| piece.first.checked_since(received));
         let silence = silence.unwrap_or(SimDuration::ZERO);
-        if silence > SILENCE {
-            self.state.turn = None;
-        }
-        let forgotten = match self.protocol() {
-            ProtocolVersion::One => SILENCE_ONE,
-            ProtocolVersion::Two => SILENCE,
-        };
-        if silence > forgotten {
+        if silence > self.silence() {
             self.state.parser.reset();
         }
         self.state.received = Some(piece.last());
@@ -177,6 +170,36 @@ impl Responder {
             self.state.common.extend_from_slice(piece.bytes);
         }
         self.state.parser.push(piece.bytes);
+    }
+
+    /// Returns the silence after which the beginning of a packet is forgotten.
+    fn silence(&self) -> SimDuration {
+        match self.protocol() {
+            ProtocolVersion::One => SILENCE_ONE,
+            ProtocolVersion::Two => SILENCE,
+        }
+    }
+
+    /// Returns the addresses of the packets that matter, by [`ProtocolVersion::address`]; none
+    /// where bytes matter, or while it may answer at any time: see
+    /// `twinrig_wire::Node::listens_to`.
+    pub fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
+        if !self.state.parser.is_empty() || self.state.slot.is_some() || spacing > self.silence() {
+            return None;
+        }
+        let (own, all) = (self.id().into(), ProtocolVersion::BROADCAST.into());
+        let before = match &self.state.turn {
+            None => return Some(Addresses::new([own..=own, all..=all])),
+            Some(turn) => match turn.after {
+                After::Answer(before) => self.protocol().answer_address(before),
+                After::Bytes(..) => return None,
+            },
+        };
+        Some(match self.protocol() {
+            ProtocolVersion::One => Addresses::new([own..=own, all..=all, before..=before]),
+            // An instruction to another servo ends the turn.
+            ProtocolVersion::Two => Addresses::new([0..=u16::from(u8::MAX), before..=before]),
+        })
     }
 
     /// Returns the minimum number of further bytes before it can react.
@@ -246,9 +269,11 @@ impl Responder {
         } else if let Some(turn) = &self.state.turn
             && turn.after == After::Answer(packet.id)
         {
-            let span = turn.span;
+            let (span, until) = (turn.span, turn.until);
             self.state.turn = None;
-            self.answer_read(now, span);
+            if now <= until {
+                self.answer_read(now, span);
+            }
         }
     }
 

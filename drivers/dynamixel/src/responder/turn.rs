@@ -1,4 +1,5 @@
 use serde::{Deserialize, Serialize};
+use twinrig_kernel::SimTime;
 
 use crate::request::Span;
 
@@ -7,6 +8,8 @@ use crate::request::Span;
 pub(super) struct Turn {
     pub(super) span: Span,
     pub(super) after: After,
+    /// Time after which this servo no longer waits.
+    pub(super) until: SimTime,
 }
 
 /// What precedes the answer.

@@ -2,8 +2,9 @@
 
 use twinrig_kernel::SimTime;
 
-use super::Responder;
+use super::answers::RETURN_DELAY_MAX;
 use super::turn::{After, Turn};
+use super::{Responder, SILENCE};
 use crate::codes::ErrorNumber;
 use crate::fast::{FastAnswer, append_fast_part, is_beginning_of_fast_answer};
 use crate::protocol::Status;
@@ -13,7 +14,7 @@ impl Responder {
     /// Takes part in the answers to a read of several servos.
     pub(super) fn read_in_turn(&mut self, now: SimTime, reads: impl Iterator<Item = (u8, Span)>) {
         let id = self.id();
-        let mut before = None;
+        let (mut before, mut until) = (None, now + SILENCE);
         for (of, span) in reads {
             if of == id {
                 match before {
@@ -22,12 +23,15 @@ impl Responder {
                         self.state.turn = Some(Turn {
                             span,
                             after: After::Answer(before),
+                            until,
                         });
                     }
                 }
                 return;
             }
             before = Some(of);
+            let length = self.protocol().answer_max(span.length.into());
+            until += RETURN_DELAY_MAX + self.byte_time * length as u64;
         }
     }
 
@@ -54,6 +58,10 @@ impl Responder {
                 self.state.turn = Some(Turn {
                     span,
                     after: After::Bytes(before.length(), answer.length()),
+                    until: now
+                        + SILENCE
+                        + RETURN_DELAY_MAX
+                        + self.byte_time * before.length() as u64,
                 });
             }
         }
@@ -66,7 +74,7 @@ impl Responder {
             return;
         };
         // Where other bytes come, there is no answer: they are the next instruction.
-        if !is_beginning_of_fast_answer(&self.state.common, all) {
+        if now > turn.until || !is_beginning_of_fast_answer(&self.state.common, all) {
             self.state.turn = None;
             return;
         }

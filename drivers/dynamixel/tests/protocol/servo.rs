@@ -111,6 +111,32 @@ fn a_later_answer_does_not_continue_a_sync_read() {
     assert_eq!(answers(&mut line, Request::Ping, 2).len(), 1);
 }
 
+/// A servo waits for all before it, however many, and no longer than they need.
+#[test]
+fn a_turn_ends_when_those_before_are_late() {
+    let ids: Vec<u8> = (1..=30).collect();
+    let mut line = Line::new(ids.iter().map(|id| servo_with(*id, [(9, 254)])));
+    let span = POSITION;
+    let request = Request::SyncRead { span, ids: &ids };
+    assert_eq!(line.packets(request, ALL).len(), 30);
+    for (late, answers) in [(4, 1), (7, 0)] {
+        let mut line = Line::new([servo_with(2, [])]);
+        let (span, ids) = (POSITION, &[1, 2][..]);
+        assert!(
+            line.packets(Request::SyncRead { span, ids }, ALL)
+                .is_empty()
+        );
+        line.now = SimTime::ZERO + SimDuration::from_millis(late);
+        let (id, error, data) = (1, 0, &[0; 4][..]);
+        let mut answer = Vec::new();
+        let status = Status { id, error, data };
+        ProtocolVersion::Two
+            .encode_status(&status, &mut answer)
+            .unwrap();
+        assert_eq!(line.send(&answer).len(), answers, "{late} ms");
+    }
+}
+
 #[test]
 fn the_status_return_level_selects_the_answers() {
     for (level, [ping, read, written]) in [(0, [1, 0, 0]), (1, [1, 1, 0]), (2, [1, 1, 1])] {
