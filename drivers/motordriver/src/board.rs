@@ -379,8 +379,10 @@ impl Node for MotorBoard {
     }
 
     fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
-        let address = self.state.slave.packet_address(spacing)?;
-        (!self.with_bytewise_reception).then(|| Addresses::new([address..=address]))
+        if self.with_bytewise_reception {
+            return None;
+        }
+        self.state.slave.packet_address(spacing).map(Addresses::one)
     }
 
     fn next_wake(&self) -> Option<SimTime> {

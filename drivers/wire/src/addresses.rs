@@ -1,33 +1,55 @@
 use std::ops::RangeInclusive;
 
-/// Addresses of packets to which a node listens: up to three ranges.
+/// Addresses of packets to which a node listens: a range, and up to two others.
 ///
 /// ```
 /// use twinrig_wire::Addresses;
 ///
-/// let own_and_all = Addresses::new([7..=7, 0xFE..=0xFE]);
-/// assert!(own_and_all.contains(7) && !own_and_all.contains(8));
+/// let own_and_all = Addresses::one(7).and(0xFE);
+/// assert!(own_and_all.contains(7) && own_and_all.contains(0xFE) && !own_and_all.contains(8));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Addresses([(u16, u16); Self::RANGES]);
+pub struct Addresses {
+    /// First and last of the range, and the others.
+    places: [u16; 4],
+}
 
 impl Addresses {
-    const RANGES: usize = 3;
-
-    /// Creates a set of up to three ranges.
-    pub fn new<const N: usize>(ranges: [RangeInclusive<u16>; N]) -> Self {
-        const { assert!(N <= Self::RANGES) };
-        let mut all = [(1, 0); Self::RANGES];
-        for (place, range) in all.iter_mut().zip(ranges) {
-            *place = range.into_inner();
+    /// Creates a set of one address.
+    #[inline]
+    pub fn one(address: u16) -> Self {
+        Self {
+            places: [address; 4],
         }
-        Self(all)
+    }
+
+    /// Creates a set of a range that is not empty.
+    pub fn range(range: RangeInclusive<u16>) -> Self {
+        let (first, last) = range.into_inner();
+        Self {
+            places: [first, last, first, first],
+        }
+    }
+
+    /// Adds an address; of three, the first is lost.
+    #[must_use]
+    pub fn and(self, address: u16) -> Self {
+        let [first, last, _, other] = self.places;
+        Self {
+            places: [first, last, other, address],
+        }
+    }
+
+    /// Whether it is a set of one address.
+    #[inline]
+    pub(crate) fn is_one(self) -> bool {
+        self == Self::one(self.places[0])
     }
 
     /// Returns whether an address is one of them.
+    #[inline]
     pub fn contains(self, address: u16) -> bool {
-        self.0
-            .iter()
-            .any(|(first, last)| (*first..=*last).contains(&address))
+        let [first, last, one, other] = self.places;
+        (first..=last).contains(&address) || one == address || other == address
     }
 }

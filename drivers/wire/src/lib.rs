@@ -20,11 +20,11 @@
 //! nothing (a property test).
 //!
 //! *Packets as a whole.* A packet reaches the nodes that listen to its address only
-//! ([`Node::listens_to`]). Where all nodes receive packets as a whole, an undisturbed answer is
-//! passed to the near end with the times of its bytes before it begins ([`Line::take_packet`]), and
-//! what happens between two visible events takes no call from outside ([`Line::run_ahead`]):
-//! sixteen instants in a cycle of four boards, eight of them ticks. All else is computed byte by
-//! byte. That is the reference of property tests over random buses, bytes and instants
+//! ([`Node::listens_to`]). Where each node listens to one address, an undisturbed answer is passed
+//! to the near end with the times of its bytes before it begins ([`Line::take_packet`]), and what
+//! happens between two visible events takes no call from outside ([`Line::run_ahead`]): sixteen
+//! instants in a cycle of four boards, eight of them ticks. All else is computed byte by byte. That
+//! is the reference of property tests over random buses, bytes and instants
 //! (`drivers/motordriver/tests/bus/packets.rs`, `drivers/feetech/tests/packets.rs`): the results
 //! are the same bit for bit.
 //!

@@ -212,7 +212,7 @@ impl Medium {
     /// Returns the time of the next reception that a station requires: the first byte of a node's
     /// transmission for the near end, the last byte of any transmission for all, and the byte that
     /// the nodes need.
-    pub(crate) fn next_wake(&self, needs: Needs) -> Option<SimTime> {
+    pub(crate) fn next_wake(&self, needs: &Needs) -> Option<SimTime> {
         let mut wake: Option<SimTime> = None;
         for transmission in &self.transmissions {
             if transmission.received == transmission.bytes.len() {
@@ -222,7 +222,9 @@ impl Medium {
             if transmission.station != NEAR && transmission.received == 0 {
                 index = 0;
             }
-            if let Some(count) = self.bytes_needed(transmission, needs) {
+            if let Some(count) = needs.bytes
+                && !self.is_taken_whole(transmission, needs)
+            {
                 let needed = transmission.delivered + count.max(1) - 1;
                 index = index.min(needed.max(transmission.received));
             }
@@ -238,7 +240,7 @@ impl Medium {
     pub(crate) fn receive(
         &mut self,
         now: SimTime,
-        needs: Needs,
+        needs: &Needs,
         mut deliver: impl FnMut(Receivers, Piece<'_>),
     ) -> bool {
         if !self
@@ -286,14 +288,14 @@ impl Medium {
         })
     }
 
-    /// Returns the minimum number of further bytes of a transmission on which a node may react
-    /// before its end: none of an undisturbed packet.
-    fn bytes_needed(&self, transmission: &Transmission, needs: Needs) -> Option<usize> {
-        let is_whole = needs.packets
+    /// Whether a transmission is an undisturbed packet, on whose parts no node reacts.
+    // Out of line: its callers are called at every wake-up, mostly without it.
+    #[inline(never)]
+    fn is_taken_whole(&self, transmission: &Transmission, needs: &Needs) -> bool {
+        needs.packets
             && transmission.packet.is_some()
             && transmission.delivered == 0
-            && !self.is_contended(transmission.station, transmission.first, transmission.end());
-        needs.bytes.filter(|_| !is_whole)
+            && !self.is_contended(transmission.station, transmission.first, transmission.end())
     }
 
     /// Time from which the transmitting station receives again.
@@ -326,14 +328,17 @@ impl Medium {
     /// bytes are needed, or of all.
     fn deliver_to_nodes(
         &mut self,
-        needs: Option<Needs>,
+        needs: Option<&Needs>,
         deliver: &mut impl FnMut(Receivers, Piece<'_>),
     ) {
         for index in 0..self.transmissions.len() {
             let transmission = &self.transmissions[index];
-            let is_needed = transmission.received == transmission.bytes.len()
-                || needs.is_none_or(|needs| self.bytes_needed(transmission, needs).is_some());
-            if transmission.delivered == transmission.received || !is_needed {
+            if transmission.delivered == transmission.received {
+                continue;
+            }
+            let is_needed =
+                |needs: &Needs| needs.bytes.is_some() && !self.is_taken_whole(transmission, needs);
+            if transmission.received < transmission.bytes.len() && !needs.is_none_or(is_needed) {
                 continue;
             }
             let transmission = &mut self.transmissions[index];

@@ -35,8 +35,10 @@ impl NodeSlot {
     /// Whether a packet to this address must be received; any that comes with others at one
     /// instant.
     pub(crate) fn listens_to(&self, address: u16) -> bool {
-        let listens = |addresses: Addresses| addresses.contains(address);
-        self.received || self.addresses.is_none_or(listens)
+        match self.addresses {
+            Some(addresses) if !self.received => addresses.contains(address),
+            _ => true,
+        }
     }
 
     pub(crate) fn refresh(&mut self, byte_time: SimDuration) {

@@ -23,6 +23,7 @@ impl NodeWakes {
     }
 
     /// Sets the wake-up of a node.
+    #[inline]
     pub(crate) fn set(&mut self, node: usize, at: Option<SimTime>) {
         let at = at.unwrap_or(SimTime::MAX);
         if std::mem::replace(&mut self.times[node], at) != at && at < SimTime::MAX {

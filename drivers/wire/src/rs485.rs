@@ -9,7 +9,7 @@ use crate::line::earlier;
 use crate::medium::{Medium, NEAR, Needs, Receivers};
 use crate::node_slot::NodeSlot;
 use crate::node_wakes::NodeWakes;
-use crate::{Arrivals, Line, Node, Piece, WireError};
+use crate::{Addresses, Arrivals, Line, Node, Piece, WireError};
 
 /// Function for the address of a packet: see [`Rs485::with_packets`].
 pub type Recipient = fn(&[u8]) -> Option<u16>;
@@ -45,7 +45,7 @@ pub struct Rs485 {
     /// An answer that the near end may take as a whole. The bytes are those of `packet_bytes`.
     packet: Option<HeldPacket>,
     packet_bytes: Vec<u8>,
-    /// Whether no node needs anything but packets to certain addresses.
+    /// Whether every node needs nothing but packets to one address.
     is_addressed: bool,
     /// Whether nothing but the near end transmits, undisturbed.
     is_undisturbed: bool,
@@ -137,15 +137,17 @@ impl Rs485 {
             bytes: None,
             packets: self.recipient.is_some(),
         };
+        self.is_addressed = needs.packets;
         for slot in &self.slots {
             needs.packets &= slot.addresses.is_some();
+            self.is_addressed &= slot.addresses.is_some_and(Addresses::is_one);
             needs.bytes = match (needs.bytes, slot.min_bytes_needed) {
                 (Some(least), Some(count)) => Some(least.min(count)),
                 (least, count) => least.or(count),
             };
         }
         self.needs = needs;
-        self.is_addressed = needs.packets && needs.bytes.is_none();
+        self.is_addressed &= needs.bytes.is_none();
         self.update_node_wake();
         self.update_medium_wake();
     }
@@ -159,7 +161,7 @@ impl Rs485 {
         self.is_undisturbed = self.medium.is_undisturbed();
         // A packet that is not taken is on the wires from its first byte on.
         let packet = self.packet.map(|packet| packet.first);
-        self.medium_wake = earlier(packet, self.medium.next_wake(self.needs));
+        self.medium_wake = earlier(packet, self.medium.next_wake(&self.needs));
         self.wake = earlier(self.node_wake, self.medium_wake);
     }
 
@@ -175,7 +177,7 @@ impl Rs485 {
         let (is_addressed, work) = (&mut self.is_addressed, &mut self.work);
         let received = self
             .medium
-            .receive(now, self.needs, |receivers, piece| match receivers {
+            .receive(now, &self.needs, |receivers, piece| match receivers {
                 Receivers::One(NEAR) => near.push_piece(piece),
                 Receivers::One(receiver) => {
                     slots[receiver - 1].receive(piece);
@@ -241,9 +243,11 @@ impl Rs485 {
                     framing_error,
                 };
                 let address = self.recipient.and_then(|of| of(&self.tx));
-                // This node answers once.
+                // No other node has received anything since it was seen to listen to its address
+                // only, and this one answers once.
                 let may_hold = self.is_addressed && self.packet.is_none() && !framing_error;
-                let held = address.filter(|_| may_hold && slot.addresses.is_some());
+                let is_own = |address: &u16| slot.addresses == Some(Addresses::one(*address));
+                let held = address.filter(|address| may_hold && is_own(address));
                 if let Some(address) = held.filter(|_| self.medium.is_clear(start)) {
                     self.packet = Some(HeldPacket {
                         from: index,
@@ -414,10 +418,7 @@ impl Line for Rs485 {
             return;
         };
         let spacing = self.medium.byte_time();
-        let mut others = self.slots.iter().enumerate();
-        let is_ignored =
-            others.all(|(index, slot)| index == held.from || !slot.listens_to(held.address));
-        if is_ignored && accept(packet(held.first, spacing, &self.packet_bytes)) {
+        if accept(packet(held.first, spacing, &self.packet_bytes)) {
             self.work.packets += 1;
             self.packet = None;
         } else {

@@ -96,10 +96,9 @@ impl Commands<Quad> {
         };
         is_near(&self.hip[0], &end.hip[0])
             && is_near(&self.knee[0], &end.knee[0])
-            && is_near(&self.damping[0], &end.damping[0])
-            && is_near(&self.damping[1], &end.damping[1])
-            && is_near(&self.damping[2], &end.damping[2])
             && is_near(&self.abduction[0], &end.abduction[0])
+            // It is no ramp: the same bits where the bridge has not changed.
+            && self.damping == end.damping
     }
 
     /// Returns the set-points after some time, at rest.

@@ -189,16 +189,16 @@ impl Responder {
         }
         let (own, all) = (self.id().into(), ProtocolVersion::BROADCAST.into());
         let before = match &self.state.turn {
-            None => return Some(Addresses::new([own..=own, all..=all])),
+            None => return Some(Addresses::one(own).and(all)),
             Some(turn) => match turn.after {
                 After::Answer(before) => self.protocol().answer_address(before),
                 After::Bytes(..) => return None,
             },
         };
         Some(match self.protocol() {
-            ProtocolVersion::One => Addresses::new([own..=own, all..=all, before..=before]),
+            ProtocolVersion::One => Addresses::one(own).and(all).and(before),
             // An instruction to another servo ends the turn.
-            ProtocolVersion::Two => Addresses::new([0..=u16::from(u8::MAX), before..=before]),
+            ProtocolVersion::Two => Addresses::range(0..=u16::from(u8::MAX)).and(before),
         })
     }
 
