@@ -1,6 +1,7 @@
 use twinrig_kernel::{BoardClock, SimDuration};
 use twinrig_wire::{FaultSchedule, UsbTiming};
 
+use crate::codes::Instruction;
 use crate::error::{PacketError, ServoBusError};
 use crate::fast::FastAnswer;
 use crate::firmware::ServoKind;
@@ -130,6 +131,38 @@ pub struct ServoBusConfig {
     pub faults: FaultSchedule,
     /// Seed of the run.
     pub seed: u64,
+}
+
+impl ReadPattern {
+    /// All patterns, the default first.
+    pub const ALL: [Self; 4] = [
+        Self::SyncRead,
+        Self::Read,
+        Self::BulkRead,
+        Self::FastSyncRead,
+    ];
+
+    /// Returns the name in scenarios.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Read => "one-by-one",
+            Self::SyncRead => "sync",
+            Self::BulkRead => "bulk",
+            Self::FastSyncRead => "fast-sync",
+        }
+    }
+
+    /// Whether a model has the instruction.
+    pub fn is_of(self, model: &ServoModel) -> bool {
+        let instruction = match self {
+            Self::Read => Instruction::READ,
+            Self::SyncRead => Instruction::SYNC_READ,
+            Self::BulkRead => Instruction::BULK_READ,
+            Self::FastSyncRead if model.protocol == ProtocolVersion::One => return false,
+            Self::FastSyncRead => Instruction::FAST_SYNC_READ,
+        };
+        !model.lacks.contains(&instruction)
+    }
 }
 
 impl ServoBusConfig {

@@ -62,4 +62,6 @@ pub struct ServoKind {
     pub model: &'static ServoModel,
     /// Creates the firmware at power-on.
     pub firmware: fn() -> Box<dyn ServoFirmware>,
+    /// Nominal voltage of the supply \[V\] (manual, "Input Voltage").
+    pub voltage: f64,
 }

@@ -12,6 +12,7 @@ use crate::register as r;
 pub static STS3215: ServoKind = ServoKind {
     model: &MODEL,
     firmware: || Box::new(StsFirmware::default()),
+    voltage: 12.0,
 };
 
 static MODEL: ServoModel = ServoModel {

@@ -13,6 +13,7 @@ use crate::table::{
 pub static AX12A: ServoKind = ServoKind {
     model: &MODEL,
     firmware: || Box::new(AxFirmware::default()),
+    voltage: 12.0,
 };
 
 static MODEL: ServoModel = ServoModel {

@@ -1,6 +1,8 @@
 use thiserror::Error;
 use twinrig_kernel::{BoardClock, SimDuration, SimTime};
-use twinrig_runtime::{Part, TaskError, TimeSource, Timing, TimingError, Wire, WiringError};
+use twinrig_runtime::{
+    DriverError, Part, TaskError, TimeSource, Timing, TimingError, Wire, WiringError,
+};
 use twinrig_wire::{FaultSchedule, UsbTiming};
 
 use super::stand::Stand;
@@ -69,6 +71,9 @@ pub enum LoopError {
     /// The time of the program.
     #[error("time of the program: {0}; check its bounds")]
     Program(#[from] TimingError),
+    /// The driver.
+    #[error(transparent)]
+    Driver(#[from] DriverError),
     /// The servo does not answer.
     #[error("no answer to the request at {0}: lengthen no adapter beyond {TIMEOUT}")]
     NoAnswer(SimTime),
@@ -115,7 +120,7 @@ impl HostLoop {
             settings: Vec::new(),
             signals: JointSignals::of_joint("servo"),
             command: String::new(),
-            voltage: 5.0,
+            voltage: XL330_M288.voltage,
             temperature: 25.0,
             clock: BoardClock::IDEAL,
         };
@@ -147,7 +152,7 @@ struct Host {
 impl Host {
     fn new(of: &HostLoop) -> Result<Self, LoopError> {
         let config = of.config();
-        let (stand, signals) = Stand::new(&config.servos[0].signals);
+        let (stand, signals) = Stand::new(&config.servos);
         let mut wire = config.wire()?;
         wire.connect("loop", &signals)?;
         Ok(Self {
@@ -163,6 +168,7 @@ impl Host {
     /// Waits without a request.
     fn wait(&mut self, time: SimDuration) -> Result<(), LoopError> {
         self.now += time;
+        self.stand.now = self.now;
         Ok(self.wire.advance(self.now, &mut self.stand)?)
     }
 

@@ -19,6 +19,7 @@ const SCALES: Scales = Scales {
 pub static XL330_M288: ServoKind = ServoKind {
     model: &MODEL,
     firmware: || Box::new(XFirmware::new(SCALES)),
+    voltage: 5.0,
 };
 
 static MODEL: ServoModel = ServoModel {

@@ -19,6 +19,7 @@ const SCALES: Scales = Scales {
 pub static XM430_W350: ServoKind = ServoKind {
     model: &MODEL,
     firmware: || Box::new(XFirmware::new(SCALES)),
+    voltage: 12.0,
 };
 
 static MODEL: ServoModel = ServoModel {

@@ -2,6 +2,7 @@
 //!
 //! The tests make passages of docs/timing.md.
 
+mod bus_loop;
 mod recordings;
 mod threads;
 

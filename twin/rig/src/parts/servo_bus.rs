@@ -39,13 +39,10 @@ const DYNAMIXEL: Models = &[
 ];
 const FEETECH: Models = &[("sts3215", &STS3215)];
 
-/// Read patterns by their names in scenarios, the default first.
-const PATTERNS: [(&str, ReadPattern); 4] = [
-    ("sync", ReadPattern::SyncRead),
-    ("one-by-one", ReadPattern::Read),
-    ("bulk", ReadPattern::BulkRead),
-    ("fast-sync", ReadPattern::FastSyncRead),
-];
+/// Returns the models of servos on buses, by their names in scenarios.
+pub fn servo_models() -> impl Iterator<Item = (&'static str, &'static ServoKind)> {
+    DYNAMIXEL.iter().chain(FEETECH).copied()
+}
 
 /// Returns the bus kind `dynamixel`.
 pub(crate) fn dynamixel() -> BusKind {
@@ -106,7 +103,7 @@ fn options(models: Models) -> Vec<OptionSpec> {
         option(
             "read",
             "instruction by which positions are read (sync; one-by-one of models without it)",
-            Accepts::Choice(PATTERNS.map(|(name, _)| name.to_owned()).into()),
+            Accepts::Choice(ReadPattern::ALL.map(|it| it.name().to_owned()).into()),
         ),
         option(
             "settings",
@@ -211,12 +208,16 @@ fn config(context: &BusContext<'_>, models: Models) -> Result<ServoBusConfig, Bu
 /// Returns the read pattern of this name, or by default the fastest that all firmware versions of
 /// the model have.
 fn pattern(name: Option<&str>, model: &ServoModel) -> ReadPattern {
-    let found = PATTERNS.iter().find(|(known, _)| Some(*known) == name);
-    match found {
-        Some((_, pattern)) => *pattern,
-        None if model.lacks.contains(&Instruction::SYNC_READ) => ReadPattern::Read,
-        None => ReadPattern::SyncRead,
-    }
+    let named = ReadPattern::ALL
+        .into_iter()
+        .find(|it| Some(it.name()) == name);
+    let sync = ReadPattern::SyncRead;
+    let fastest = if sync.is_of(model) {
+        sync
+    } else {
+        ReadPattern::Read
+    };
+    named.unwrap_or(fastest)
 }
 
 /// Returns the servos of the joints that the controller commands.
