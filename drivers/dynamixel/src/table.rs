@@ -147,6 +147,20 @@ impl BaudRates {
             Self::Divided(rate) => Some(rate / (u32::from(value) + 1)),
         }
     }
+
+    /// Returns the value for a baud rate \[bit/s\], if there is one.
+    pub fn value(self, rate: u64) -> Option<u8> {
+        (0..=u8::MAX).find(|value| self.rate(*value).map(u64::from) == Some(rate))
+    }
+
+    /// Returns the greatest baud rates, at most eight, for messages.
+    pub fn names(self) -> String {
+        let rates = (0..8).filter_map(|value| self.rate(value));
+        rates
+            .map(|rate| rate.to_string())
+            .collect::<Vec<_>>()
+            .join(", ")
+    }
 }
 
 /// Time from an instruction to its answer.

@@ -67,6 +67,7 @@ mod stopwatch;
 mod studies;
 mod sufficient;
 pub mod sweep;
+mod timing;
 mod transition;
 mod worker;
 
@@ -148,6 +149,7 @@ pub use sufficient::{
 pub use sweep::execute::{SweepEvent, SweepOutcome, SweepProgress, SweepRequest, sweep};
 pub use sweep::rows::SweepRows;
 pub use sweep::{share_sentence, sweep_page};
+pub use timing::{TimingOptions, TimingPoint, TimingStudy};
 pub use transition::TransitionOptions;
 pub use transition::{
     ClassAgreement, GaitCycle, GaitPattern, Hysteresis, MIXED, RampDirection, STANDING, Transition,

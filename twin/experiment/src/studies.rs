@@ -11,6 +11,7 @@ use crate::options::request::StudyRequest;
 use crate::plants::options::{PrecisionOptions, StabilityOptions};
 use crate::radius::options::RadiusOptions;
 use crate::robustness::options::RobustnessOptions;
+use crate::timing::TimingOptions;
 use crate::transition::TransitionOptions;
 
 /// Declares the subcommands of `twin study`. The text of `--help` is that of the options.
@@ -45,4 +46,5 @@ studies! {
     Gait: GaitMapOptions,
     Radius: RadiusOptions,
     Robustness: RobustnessOptions,
+    Timing: TimingOptions,
 }

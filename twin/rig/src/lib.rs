@@ -61,6 +61,7 @@ pub use parts::lcp::lcp;
 pub use parts::massless::massless;
 pub use parts::method::Method;
 pub use parts::plant_kind::PlantKind;
+pub use parts::servo_bus::servo_models;
 pub use plant_id::PlantId;
 pub use registry::Registry;
 pub use report::{

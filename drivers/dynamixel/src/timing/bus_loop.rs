@@ -3,7 +3,7 @@ use twinrig_runtime::{Driver, Part, Wire};
 use twinrig_wire::{FaultSchedule, UsbTiming, earlier};
 
 use super::host_loop::LoopError;
-use super::stand::Stand;
+use super::stand::{STEPS, Stand};
 use crate::bus::ServoBusWire;
 use crate::config::{JointSignals, ReadPattern, ServoBusConfig, ServoConfig};
 use crate::driver::DynamixelDriver;
@@ -12,6 +12,8 @@ use crate::table::ReturnDelay;
 
 /// Transfers before those that count.
 const WARM_UP: usize = 5;
+/// Period of the firmware of all kinds, at which it samples.
+const PERIOD: SimDuration = SimDuration::from_millis(1);
 /// Unit of the return delay.
 const UNIT: SimDuration = SimDuration::from_micros(2);
 
@@ -42,7 +44,7 @@ pub struct BusTimes {
     /// Durations, from the write of the goals to the last position.
     pub durations: Vec<SimDuration>,
     /// Age of the oldest position of each transfer at its end: the time since its servo sampled the
-    /// encoder.
+    /// encoder, to within a millisecond for every 0.4 s.
     pub ages: Vec<SimDuration>,
 }
 
@@ -57,11 +59,17 @@ impl BusLoop {
         host.driver.open(host.time());
         host.finish()?;
         let goals = vec![0.0; config.servos.len()];
-        let mut times = BusTimes::default();
+        let (mut times, mut held) = (BusTimes::default(), 1);
         for transfer in 0..WARM_UP + transfers {
             let begin = host.now;
+            if transfer + 1 == WARM_UP {
+                host.stand.hold(held);
+            }
             host.driver.begin(host.time(), &goals);
             host.finish()?;
+            // Samples are told apart for twice as long as a transfer takes.
+            let samples = (host.now - begin).as_nanos() / PERIOD.as_nanos();
+            held = 1 + 2 * usize::try_from(samples).unwrap_or_default() / STEPS;
             if transfer >= WARM_UP {
                 times.durations.push(host.now - begin);
                 let positions = host.driver.to_process();

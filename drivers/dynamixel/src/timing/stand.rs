@@ -9,7 +9,7 @@ use crate::config::ServoConfig;
 /// Angles by which samples are told apart \[rad\]: above a count of each model, all within the range
 /// of an AX-12A.
 const STEP: f64 = 0.006;
-const STEPS: usize = 800;
+pub(super) const STEPS: usize = 800;
 
 /// Joints whose angle changes by a step with each sample, whatever their motors do, so that an angle
 /// tells when it was sampled.
@@ -18,8 +18,9 @@ pub(super) struct Stand {
     inputs: Vec<f64>,
     /// Times of the last samples of each joint, by their steps.
     sampled: Vec<Vec<SimTime>>,
-    /// Number of samples of each joint.
+    /// Number of samples of each joint, and of those with one angle.
     samples: Vec<usize>,
+    held: usize,
     /// Present time.
     pub(super) now: SimTime,
 }
@@ -41,9 +42,20 @@ impl Stand {
             inputs: vec![0.0; signals.inputs.len()],
             sampled: vec![vec![SimTime::ZERO; STEPS]; servos.len()],
             samples: vec![0; servos.len()],
+            held: 1,
             now: SimTime::ZERO,
         };
         (stand, signals)
+    }
+
+    /// Lets so many samples have one angle, so that older ones are told apart; times are those of the
+    /// first of them.
+    pub(super) fn hold(&mut self, samples: usize) {
+        self.held = samples;
+        self.samples.fill(0);
+        for sampled in &mut self.sampled {
+            sampled.fill(self.now);
+        }
     }
 
     /// Returns the time of the oldest sample of these angles, one of each joint \[rad\].
@@ -70,10 +82,12 @@ impl PlantAccess for Stand {
     fn sample(&mut self, signals: Range<usize>) -> Result<&[f64], PlantFault> {
         // Each joint has two outputs, of which the first is the angle.
         let joint = signals.start / 2;
-        if signals.start % 2 == 0 {
-            let step = self.samples[joint] % STEPS;
+        if signals.start.is_multiple_of(2) {
+            let step = self.samples[joint] / self.held % STEPS;
+            if self.samples[joint].is_multiple_of(self.held) {
+                self.sampled[joint][step] = self.now;
+            }
             self.samples[joint] += 1;
-            self.sampled[joint][step] = self.now;
             self.outputs[signals.start] = first() + STEP * step as f64;
         }
         Ok(&self.outputs[signals])

@@ -1,11 +1,15 @@
 //! Loops over a bus of several servos, against the bytes on the wire.
 
+use std::fmt::Write;
+
 use twinrig_dynamixel::ReadPattern;
 use twinrig_dynamixel::ax::AX12A;
-use twinrig_dynamixel::timing::{BusLoop, percentile};
+use twinrig_dynamixel::timing::{BusLoop, adapters, percentile};
 use twinrig_dynamixel::x::XL330_M288;
 use twinrig_kernel::SimDuration;
 use twinrig_wire::{InRule, OutRule, UsbPreset, UsbTiming};
+
+use crate::check;
 
 const MICROFRAME: SimDuration = SimDuration::from_micros(125);
 
@@ -82,4 +86,44 @@ fn ages_are_from_the_instruction_to_the_end() {
             assert!(*age * 10 >= *duration * 6, "{age} of {duration}");
         }
     }
+}
+
+/// Ages beyond a second are told apart, too, where angles are coarse.
+#[test]
+fn ages_of_long_transfers_are_whole() {
+    let mut bus = BusLoop {
+        kind: &AX12A,
+        ..bus(70, ReadPattern::Read)
+    };
+    bus.usb.latency_timer = SimDuration::from_millis(16);
+    let times = bus.run(2).unwrap();
+    let found = times.ages[1].as_secs_f64();
+    // All but the first read; each waits for the timer.
+    assert!((found - 69.0 * 0.016).abs() < 0.02, "{found}");
+}
+
+/// The table of docs/timing.md.
+#[test]
+fn rates_by_number_of_servos_are_those_of_the_page() {
+    let at_once = adapters().into_iter().find(|it| it.name == "at-once");
+    let usb = at_once.unwrap().usb;
+    let mut text =
+        String::from("| timer | read | 1 servo | 6 servos | 12 servos |\n|---|---|---|---|---|");
+    for timer in [0, 1, 16] {
+        for pattern in ReadPattern::ALL {
+            let _ = write!(text, "\n| {timer} ms | `{}` |", pattern.name());
+            for servos in [1, 6, 12] {
+                let mut bus = BusLoop {
+                    usb: usb.clone(),
+                    ..bus(servos, pattern)
+                };
+                bus.usb.latency_timer = SimDuration::from_millis(timer);
+                let mut times = bus.run(20).unwrap();
+                let median = percentile(&mut times.durations, 50).as_secs_f64();
+                let age = percentile(&mut times.ages, 50).as_secs_f64();
+                let _ = write!(text, " {:.0}, {:.1} |", 1.0 / median, 1e3 * age);
+            }
+        }
+    }
+    check("rates", &text);
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Done, Folder, json, registry, twin, twin_of};
+use crate::common::{Done, Folder, json, registry, study_result, twin, twin_of};
 use twinrig::Method;
 use twinrig::kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig::runtime::{EnergyBalance, Plant, PlantFault, WorkCounts};
@@ -399,5 +399,53 @@ fn plan_shows_coupling_of_plant_and_boards() {
         wrong.err.contains("must divide the observation period"),
         "{}",
         wrong.err
+    );
+}
+
+/// A program that reads servos one by one waits for the latency timer each time, by a sync read
+/// once.
+#[test]
+fn timing_of_a_bus_is_by_servos_timer_and_pattern() {
+    let folder = Folder::new("study-timing");
+    let out = folder.join("out");
+    let begin = ["study", "timing", "--out", &out, "--baud", "1000000"];
+    let words = [
+        "--servos",
+        "1,6",
+        "--timer",
+        "16 ms",
+        "--read",
+        "sync,one-by-one",
+        "--json",
+    ];
+    let done = twin(&[&begin[..], &words].concat());
+    let found = study_result(&done);
+    let rows = found["rows"].as_array().unwrap();
+    let timers = rows.iter().map(|row| {
+        let duration = row["duration_s"].as_f64().unwrap();
+        let servos = row["servos"].as_u64().unwrap();
+        (
+            row["read"].as_str().unwrap(),
+            servos,
+            (duration / 0.016).round(),
+        )
+    });
+    let expected = [
+        ("sync", 1, 1.0),
+        ("sync", 6, 1.0),
+        ("one-by-one", 1, 1.0),
+        ("one-by-one", 6, 6.0),
+    ];
+    assert_eq!(timers.collect::<Vec<_>>(), expected);
+    assert!(found["stated"].as_array().unwrap().len() >= 7);
+    let page = std::fs::read_to_string(folder.join("out/timing.html")).unwrap();
+    assert!(page.contains("/DynamixelSDK/issues/302"));
+    let refused = twin(&[
+        "study", "timing", "--out", &out, "--model", "ax-12a", "--read", "sync",
+    ]);
+    assert!(
+        refused.err.contains("choose from one-by-one"),
+        "{}",
+        refused.err
     );
 }

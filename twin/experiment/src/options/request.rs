@@ -21,7 +21,7 @@ const NAMED: usize = 5;
 pub struct StudyFrame<'a> {
     /// Name of the study.
     pub name: &'static str,
-    /// Scenario files; at least one.
+    /// Scenario files; none of a study without a scenario.
     pub scenarios: &'a [PathBuf],
     /// Plants, where they are not those of the scenarios.
     pub plants: &'a [String],
@@ -48,6 +48,9 @@ impl StudyFrame<'_> {
     pub fn stem(self) -> String {
         let stems = self.scenarios.iter().map(|path| stem(path));
         let stems: Vec<_> = stems.collect();
+        if stems.is_empty() {
+            return self.name.to_owned();
+        }
         if let [first, others @ ..] = &*stems
             && others.len() >= NAMED
         {

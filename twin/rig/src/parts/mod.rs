@@ -36,7 +36,7 @@ mod rb110;
 mod sbcp;
 mod script;
 mod servo;
-mod servo_bus;
+pub(crate) mod servo_bus;
 pub mod setup;
 pub(crate) mod start;
 mod swing;

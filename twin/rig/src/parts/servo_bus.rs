@@ -288,11 +288,8 @@ fn check_members(options: &Options, servos: &[ServoConfig]) -> Result<(), BuildE
 
 /// Returns the register of the baud rate with the value of a rate.
 fn baud_register(model: &ServoModel, baud: u64) -> Result<(u16, i32), BuildError> {
-    let has_rate = |value: &u8| model.baud_rates.rate(*value).map(u64::from) == Some(baud);
-    let value = (0..=u8::MAX).find(has_rate).ok_or_else(|| {
-        let rates = (0..8).filter_map(|value| model.baud_rates.rate(value));
-        let rates: Vec<String> = rates.map(|rate| rate.to_string()).collect();
-        let rates = rates.join(", ");
+    let value = model.baud_rates.value(baud).ok_or_else(|| {
+        let rates = model.baud_rates.names();
         format!("the {} has no {baud} bit/s; it has {rates}", model.name)
     })?;
     Ok((model.roles.baud_rate, value.into()))
