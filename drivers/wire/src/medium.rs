@@ -235,8 +235,8 @@ impl Medium {
     }
 
     /// Delivers the bytes complete by `now` to their receivers; returns whether there were any. The
-    /// nodes receive a transmission when all of it is complete, unless they need bytes of it before;
-    /// the bytes are the same.
+    /// nodes receive a transmission when all of it is complete, unless they need bytes of it
+    /// before; the bytes are the same.
     pub(crate) fn receive(
         &mut self,
         now: SimTime,

@@ -22,7 +22,7 @@ pub type Recipient = fn(&[u8]) -> Option<u16>;
 /// simultaneously are received unchanged. A station receives nothing while it transmits; the near
 /// end nothing until the turnaround time of its transceiver has passed.
 ///
-/// On a bus with packets ([`Rs485::with_packets`]) nodes do not receive packets to which they do not
+/// On a bus with packets ([`Rs485::with_packets`]) nodes receive no packets to which they do not
 /// listen, and an undisturbed answer may be passed to the near end as a whole
 /// ([`Line::take_packet`]). Everything else, and all on other buses, is computed byte by byte; the
 /// results are the same.

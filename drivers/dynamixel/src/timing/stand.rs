@@ -6,13 +6,13 @@ use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals};
 
 use crate::config::ServoConfig;
 
-/// Angles by which samples are told apart \[rad\]: above a count of each model, all within the range
-/// of an AX-12A.
+/// Angles by which samples are told apart \[rad\]: above a count of each model, all within the
+/// range of an AX-12A.
 const STEP: f64 = 0.006;
 pub(super) const STEPS: usize = 800;
 
-/// Joints whose angle changes by a step with each sample, whatever their motors do, so that an angle
-/// tells when it was sampled.
+/// Joints whose angle changes by a step with each sample, whatever their motors do, so that an
+/// angle tells when it was sampled.
 pub(super) struct Stand {
     outputs: Vec<f64>,
     inputs: Vec<f64>,
@@ -48,8 +48,8 @@ impl Stand {
         (stand, signals)
     }
 
-    /// Lets so many samples have one angle, so that older ones are told apart; times are those of the
-    /// first of them.
+    /// Lets so many samples have one angle, so that older ones are told apart; times are those of
+    /// the first of them.
     pub(super) fn hold(&mut self, samples: usize) {
         self.held = samples;
         self.samples.fill(0);
