@@ -69,6 +69,10 @@ fn options_of_servos_are_refused_with_a_remedy() {
             "has no 1500000 bit/s; it has 9600, 57600,",
         ),
         (
+            ("bus.dynamixel.registers.baud_rate", "3"),
+            "write `baud`, in bit/s",
+        ),
+        (
             ("bus.dynamixel.clock", "{ 'LF/hop' = '1 ppm' }"),
             "there is no servo `LF/hop`: did you mean `LF/hip`?",
         ),

@@ -99,7 +99,60 @@ impl FromStr for UsbPreset {
 impl UsbTiming {
     /// Returns the timing of a preset.
     pub fn preset(preset: UsbPreset) -> Self {
-        let thesis = Self {
+        let (millis, micros) = (SimDuration::from_millis, SimDuration::from_micros);
+        match preset {
+            UsbPreset::Thesis => Self::thesis(),
+            UsbPreset::Earliest => Self::earliest(),
+            UsbPreset::LowLatency => Self {
+                latency_timer: millis(1),
+                ..Self::thesis()
+            },
+            UsbPreset::Default => Self {
+                latency_timer: millis(16),
+                ..Self::thesis()
+            },
+            UsbPreset::FullSpeed => Self {
+                microframe: millis(1),
+                latency_timer: millis(1),
+                payload: 62,
+                packets_per_microframe: FULL_SPEED_PACKETS,
+                ..Self::thesis()
+            },
+            UsbPreset::Ft232r => Self {
+                microframe: millis(1),
+                latency_timer: millis(1),
+                payload: 62,
+                packets_per_microframe: FULL_SPEED_PACKETS,
+                write_jitter: uniform(53, 105),
+                ..Self::measured()
+            },
+            UsbPreset::Ft232rPi3 => Self {
+                inn: InRule::After(micros(1_790)),
+                payload: 62,
+                write_jitter: uniform(53, 105),
+                ..Self::measured()
+            },
+            UsbPreset::Ch340 => Self {
+                inn: InRule::After(micros(1_820)),
+                payload: 32,
+                ..Self::measured()
+            },
+            UsbPreset::Atmega16u2 => Self {
+                inn: InRule::ByTimer(FLUSH_TIMER),
+                ..Self::measured()
+            },
+            UsbPreset::Uart => Self {
+                microframe: micros(1),
+                turnaround: SimDuration::ZERO,
+                jitter: above(0, 10),
+                write_jitter: above(5, 7),
+                ..Self::measured()
+            },
+        }
+    }
+
+    fn thesis() -> Self {
+        Self {
             microframe: SimDuration::from_micros(125),
             out: OutRule::EndOfNext,
             inn: InRule::ByPreviousFrame,
@@ -112,77 +165,28 @@ impl UsbTiming {
             write_jitter: Timing::ZERO,
             frame_offset: SimDuration::ZERO,
             frame_rate_ppb: 0,
-        };
-        let earliest = Self {
-            out: OutRule::StartOfNext,
-            inn: InRule::ByThisFrame,
-            completion: CompletionRule::AtOnce,
-            ..thesis.clone()
-        };
-        match preset {
-            UsbPreset::Thesis => thesis,
-            UsbPreset::Earliest => earliest,
-            UsbPreset::LowLatency => Self {
-                latency_timer: SimDuration::from_millis(1),
-                ..thesis
-            },
-            UsbPreset::Default => Self {
-                latency_timer: SimDuration::from_millis(16),
-                ..thesis
-            },
-            UsbPreset::FullSpeed => Self {
-                microframe: SimDuration::from_millis(1),
-                latency_timer: SimDuration::from_millis(1),
-                payload: 62,
-                packets_per_microframe: FULL_SPEED_PACKETS,
-                ..thesis
-            },
-            _ => earliest.measured(preset),
         }
     }
 
-    /// Returns the timing of a measured adapter, which has the other values of this one.
-    fn measured(self, preset: UsbPreset) -> Self {
+    fn earliest() -> Self {
+        Self {
+            out: OutRule::StartOfNext,
+            inn: InRule::ByThisFrame,
+            completion: CompletionRule::AtOnce,
+            ..Self::thesis()
+        }
+    }
+
+    /// Returns the common timing of measured adapters.
+    fn measured() -> Self {
         // Full-speed packets pass through the hub's translator, in microframes.
-        let adapter = Self {
+        Self {
             out: OutRule::AtOnce,
             payload: 64,
             packets_per_microframe: FULL_SPEED_PACKETS.div_ceil(8),
             jitter: uniform(0, 90),
             write_jitter: above(35, 20),
-            ..self
-        };
-        match preset {
-            UsbPreset::Ft232r => Self {
-                microframe: SimDuration::from_millis(1),
-                latency_timer: SimDuration::from_millis(1),
-                payload: 62,
-                packets_per_microframe: FULL_SPEED_PACKETS,
-                write_jitter: uniform(53, 105),
-                ..adapter
-            },
-            UsbPreset::Ft232rPi3 => Self {
-                inn: InRule::After(SimDuration::from_micros(1_790)),
-                payload: 62,
-                write_jitter: uniform(53, 105),
-                ..adapter
-            },
-            UsbPreset::Atmega16u2 => Self {
-                inn: InRule::ByTimer(FLUSH_TIMER),
-                ..adapter
-            },
-            UsbPreset::Uart => Self {
-                microframe: SimDuration::from_micros(1),
-                turnaround: SimDuration::ZERO,
-                jitter: above(0, 10),
-                write_jitter: above(5, 7),
-                ..adapter
-            },
-            _ => Self {
-                inn: InRule::After(SimDuration::from_micros(1_820)),
-                payload: 32,
-                ..adapter
-            },
+            ..Self::earliest()
         }
     }
 }

@@ -53,8 +53,9 @@ impl InsertError {
                 "set the whole parent, or make it a table in the file: `{ … }`".to_owned(),
             ),
             Self::NoElement { key, count, near } => {
+                let elements = if *count == 1 { "element" } else { "elements" };
                 let message =
-                    format!("`{key}` cannot be set: its parent is a list with {count} elements");
+                    format!("`{key}` cannot be set: its parent is a list with {count} {elements}");
                 let mut help = match count {
                     0 => "0 appends the first one".to_owned(),
                     1 => "0 is its element, and 1 appends another one".to_owned(),

@@ -312,6 +312,10 @@ fn named_registers(
                 model.name, name.value
             )
         })?;
+        if item.address == model.roles.baud_rate {
+            let why = "`baud_rate` is that of the bus: write `baud`, in bit/s";
+            return Err(why.into());
+        }
         let whole = match value {
             OptionValue::Number(value) if libm::rint(*value) == *value => Some(*value),
             _ => None,
