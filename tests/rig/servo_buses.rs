@@ -77,6 +77,20 @@ fn options_of_servos_are_refused_with_a_remedy() {
             "there is no servo `LF/hop`: did you mean `LF/hip`?",
         ),
         (
+            (
+                "fault",
+                "[{ on = 'wire/dynamixel', kind = 'drop', on_frame = { after = 'pong' } }]",
+            ),
+            "there is no message `pong` on `wire/dynamixel`",
+        ),
+        (
+            (
+                "fault",
+                "[{ on = 'wire/dynamixel/XX/hip', kind = 'drop', on_frame = { nth = 1 } }]",
+            ),
+            "there is no place `wire/dynamixel/XX/hip` in this scene",
+        ),
+        (
             ("bus.dynamixel.first_id", "250"),
             "cannot have the identifier 256",
         ),
@@ -87,4 +101,28 @@ fn options_of_servos_are_refused_with_a_remedy() {
         let text = built.unwrap_err().to_string();
         assert!(text.contains(part), "{text}");
     }
+}
+
+/// A fault that never fires is reported, so that a claim about it can fail.
+#[test]
+fn faults_without_effect_are_warnings() {
+    let faults = "[{ on = 'wire/dynamixel/LF/hip', kind = 'drop', direction = 'in', \
+                  on_frame = { nth = 3 } }, \
+                  { on = 'wire/dynamixel', kind = 'drop', direction = 'in', \
+                  on_frame = { after = 'reboot' } }, \
+                  { on = 'wire/dynamixel', kind = 'flip', rate = 0.0 }]";
+    let registry = Registry::standard();
+    let settings = [("fault", faults), ("until", "'100 ms'")];
+    let assembly = shipped(&registry, "trot-dynamixel.toml", &settings).unwrap();
+    let report = execute(&assembly, &Execution::default()).unwrap();
+    let warnings = report.warnings.iter();
+    let found: Vec<&str> = warnings
+        .filter(|warning| warning.code == "fault-without-effect")
+        .map(|warning| warning.message.as_str())
+        .collect();
+    let expected = [
+        "fault 2 harmed no frame: drop on wire/dynamixel, direction in, on_frame = { after = \"reboot\" }",
+        "fault 3 harmed no byte: flip on wire/dynamixel",
+    ];
+    assert_eq!(found, expected);
 }

@@ -16,13 +16,15 @@ impl ServoBusConfig {
     pub fn wire(&self) -> Result<ServoBusWire, ServoBusError> {
         self.check()?;
         let (name, byte_time, faults) = (&self.name, self.byte_time, &self.faults);
+        let first = self.servos.first();
+        let frames = first.map(|servo| servo.kind.model.protocol.frames());
         let has_faults = |place: &str| faults.faults.iter().any(|fault| fault.on == place);
         let mut nodes: Vec<Box<dyn Node>> = Vec::new();
         for servo in &self.servos {
             let place = format!("wire/{name}/{}", servo.name);
             let node = ServoNode::new(name, servo, byte_time);
             nodes.push(if has_faults(&place) {
-                Box::new(FaultyNode::new(&place, byte_time, faults, node)?)
+                Box::new(FaultyNode::framed(&place, byte_time, faults, frames, node)?)
             } else {
                 Box::new(node)
             });
@@ -35,7 +37,7 @@ impl ServoBusConfig {
             Box::new(Rs485::new(name, byte_time, self.turnaround, nodes)?.with_packets(recipient));
         let place = format!("wire/{name}");
         if has_faults(&place) {
-            line = Box::new(Faulty::new(&place, byte_time, faults, line)?);
+            line = Box::new(Faulty::framed(&place, byte_time, faults, frames, line)?);
         }
         let usb = self.usb.clone();
         Ok(UsbSerial::new(name, usb, byte_time, self.seed, line)?)

@@ -46,6 +46,7 @@ mod driver;
 mod error;
 mod fast;
 mod firmware;
+mod frames;
 mod node;
 mod parser;
 mod profile;

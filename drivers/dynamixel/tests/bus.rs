@@ -8,9 +8,12 @@ use twinrig_dynamixel::{
     DynamixelDriver, JointSignals, ReadPattern, ServoBusConfig, ServoBusWire, ServoConfig,
 };
 use twinrig_kernel::{BoardClock, LocalDuration, SimDuration, SimTime};
-use twinrig_runtime::Driver;
+use twinrig_runtime::{BusHealth, Driver, Part};
 use twinrig_testing::wired_harness::WiredHarness;
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
+use twinrig_wire::{
+    DriverPhase, Fault, FaultDirection, FaultKind, FaultSchedule, FaultSelection, FrameChoice,
+    FrameCount, UsbPreset, UsbTiming,
+};
 
 const PATTERNS: [ReadPattern; 4] = [
     ReadPattern::Read,
@@ -170,6 +173,7 @@ fn a_missing_servo_is_counted_and_the_others_are_read_where_they_answer() {
                 on: "wire/dxl/joint1".to_owned(),
                 kind: FaultKind::Unplug { fails: false },
                 lasts: SimDuration::from_secs(1),
+                select: FaultSelection::default(),
             }],
             seed: 1,
         };
@@ -217,6 +221,7 @@ fn closing_turns_off_all_servos_that_are_there() {
             on: "wire/dxl/joint0".to_owned(),
             kind: FaultKind::Unplug { fails: false },
             lasts: SimDuration::from_secs(9),
+            select: FaultSelection::default(),
         }],
         seed: 1,
     };
@@ -244,6 +249,7 @@ fn a_damaged_part_of_a_fast_read_is_not_a_position() {
             on: "wire/dxl/joint0".to_owned(),
             kind: FaultKind::Flip { rate: 5e-3 },
             lasts: SimDuration::from_secs(9),
+            select: FaultSelection::default(),
         }],
         seed: 1,
     };
@@ -359,6 +365,7 @@ proptest! {
                 on: ["wire/dxl", "wire/dxl/joint0", "wire/dxl/joint2"][on].to_owned(),
                 kind: FaultKind::Flip { rate },
                 lasts: SimDuration::from_secs(1),
+                select: FaultSelection::default(),
             }],
             seed,
         };
@@ -377,4 +384,74 @@ proptest! {
         rig.transfers(1, PERIOD, &[0.1, -0.1, 0.2, 0.0]);
         prop_assert_eq!(transfers(&mut rig, 10), [40.0, 0.0, 0.0]);
     }
+}
+
+/// Returns the numbers of the transfers in which an answer was lost, of 12, and 0 for the opening,
+/// where the driver requests it again. Faults drop the answers of `joint1` that `frames` chooses in
+/// a phase. The second result is that of a wire that is restored after each transfer.
+fn lost_transfers(phase: DriverPhase, frames: FrameChoice) -> [Vec<usize>; 2] {
+    let mut config = config(3, ReadPattern::Read);
+    config.faults = FaultSchedule {
+        faults: vec![Fault {
+            at: SimTime::ZERO,
+            on: "wire/dxl/joint1".to_owned(),
+            kind: FaultKind::Drop { probability: 1.0 },
+            lasts: SimDuration::MAX,
+            select: FaultSelection {
+                direction: Some(FaultDirection::In),
+                phase: Some(phase),
+                frames: Some(frames),
+            },
+        }],
+        seed: 1,
+    };
+    let run = |restores: bool| {
+        let mut rig = harness(&config);
+        rig.open().unwrap();
+        let mut health = BusHealth::default();
+        rig.wire.report_health(&mut health);
+        let mut lost = Vec::new();
+        if health.fault_effects.iter().any(|effect| effect.harmed > 0) {
+            lost.push(0);
+        }
+        let mut before = count(&rig, "lost");
+        for transfer in 1..=12 {
+            rig.transfers(1, PERIOD, &[0.1; 3]);
+            if restores {
+                let mut other = harness(&config);
+                other.wire.restore(&rig.wire.save()).unwrap();
+                rig.wire = other.wire;
+            }
+            if count(&rig, "lost") > before {
+                lost.push(transfer);
+            }
+            before = count(&rig, "lost");
+        }
+        lost
+    };
+    [run(false), run(true)]
+}
+
+#[test]
+fn answers_are_lost_by_their_number_and_by_the_message_before_them() {
+    let lost = |after: Option<&str>, count| {
+        let after = after.map(str::to_owned);
+        let [lost, restored] = lost_transfers(DriverPhase::Transfer, FrameChoice { after, count });
+        assert_eq!(lost, restored);
+        lost
+    };
+    // A servo answers one read of each transfer.
+    assert_eq!(lost(None, FrameCount::Nth(5)), [5]);
+    assert_eq!(lost(Some("read"), FrameCount::Every(4)), [4, 8, 12]);
+    assert_eq!(lost(Some("ping"), FrameCount::All), [0; 0]);
+}
+
+#[test]
+fn transfers_are_complete_after_a_fault_of_the_opening() {
+    let frames = FrameChoice {
+        after: Some("write".to_owned()),
+        count: FrameCount::Nth(1),
+    };
+    let lost = lost_transfers(DriverPhase::Opening, frames);
+    assert_eq!(lost, [[0], [0]]);
 }

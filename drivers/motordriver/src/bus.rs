@@ -1,4 +1,4 @@
-use twinrig_sbcp::{ControlledBus, ControllerConfig, FRAME_MAX, recipient};
+use twinrig_sbcp::{ControlledBus, ControllerConfig, FRAME_MAX, FRAMES, recipient};
 use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, Traced, UsbSerial};
 
 use crate::board::MotorBoard;
@@ -40,7 +40,13 @@ impl Bus {
                 .with_nominal_period(config.session.nominal_period());
             nodes.push(if has_faults(config, &place) {
                 let faults = &config.faults;
-                Box::new(FaultyNode::new(&place, config.byte_time, faults, node)?)
+                Box::new(FaultyNode::framed(
+                    &place,
+                    config.byte_time,
+                    faults,
+                    Some(FRAMES),
+                    node,
+                )?)
             } else {
                 Box::new(node)
             });
@@ -91,7 +97,7 @@ fn with_faults(
     if !has_faults(config, place) {
         return Ok(line);
     }
-    let faulty = Faulty::new(place, config.byte_time, &config.faults, line)?;
+    let faulty = Faulty::framed(place, config.byte_time, &config.faults, Some(FRAMES), line)?;
     Ok(Box::new(faulty))
 }
 

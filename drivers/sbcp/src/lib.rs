@@ -75,6 +75,6 @@ pub use error::SbcpError;
 pub use master::Master;
 pub use master_config::{GRACE, MasterConfig, MasterCounters, Outcome, RequestError, Topology};
 pub use packet::{Address, Packet, Payload, Request, Response, recipient};
-pub use parser::Parser;
+pub use parser::{FRAMES, Parser};
 pub use registers::{Access, Register, RegisterPlace, RegisterTable, Width};
 pub use slave::{AnswerPolicy, Slave, SlaveConfig, SlaveCounters, SlaveEvent};

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
+use twinrig_wire::{FrameMatch, FrameReader};
 
-use crate::codes::{HEADER, PACKET_MAX};
+use crate::codes::{HEADER, Instruction, PACKET_MAX};
 use crate::packet::{Packet, packet_len};
 
 /// Finds packets in a byte stream received in pieces of any length, possibly with garbage between
@@ -32,6 +33,24 @@ pub struct Parser {
     /// Class and id of the last packet whose checksum was wrong.
     damaged: Option<(u8, u8)>,
 }
+
+/// Packets, for faults of chosen ones. A response with an error is taken for the request whose
+/// instruction has the same code.
+pub const FRAMES: FrameReader = FrameReader {
+    match_frame: |front| match beginning(front) {
+        Beginning::Packet(len) => FrameMatch::Frame(len),
+        Beginning::Needs(len) => FrameMatch::Missing(len - front.len()),
+        Beginning::Garbage | Beginning::Damaged(..) => FrameMatch::Garbage,
+    },
+    code: |frame| frame.get(4).copied(),
+    kinds: &[
+        ("ping", Instruction::PING.0),
+        ("get", Instruction::GET.0),
+        ("set", Instruction::SET.0),
+        ("save", Instruction::SAVE.0),
+        ("low-latency", Instruction::LOW_LATENCY.0),
+    ],
+};
 
 /// Result of the first bytes of a stream.
 enum Beginning {

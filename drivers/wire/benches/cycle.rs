@@ -7,7 +7,8 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{Part, PlantAccess, TaskError, Wire};
 use twinrig_testing::driver_harness::StaticPlant;
 use twinrig_wire::{
-    Fault, FaultKind, FaultSchedule, Faulty, Line, Node, Piece, Rs485, UsbSerial, UsbTiming,
+    Fault, FaultKind, FaultSchedule, FaultSelection, Faulty, Line, Node, Piece, Rs485, UsbSerial,
+    UsbTiming,
 };
 
 fn main() {
@@ -126,6 +127,7 @@ fn usb_faults_and_rs485(bencher: Bencher) {
         on: "wire/sbcp".to_owned(),
         kind: FaultKind::Stuck,
         lasts: us(1),
+        select: FaultSelection::default(),
     };
     let schedule = FaultSchedule {
         faults: vec![fault],

@@ -4,15 +4,19 @@ use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError, Stream, stream};
 
 use crate::arrivals::Octet;
+use crate::burst_faults::BurstFaults;
+use crate::channel::Channel;
 use crate::error::nonzero;
+use crate::frame_selection::{FrameSelection, SelectionState};
 use crate::noise::Noise;
-use crate::{Arrivals, Fault, FaultKind, FaultSchedule, Piece, WireError};
+use crate::{Arrivals, Fault, FaultKind, FaultSchedule, FrameReader, Piece, WireError};
 
 /// Fault injection into the bytes of one direction at one place. The output depends only on the
 /// bytes and their times, not on the pieces in which they are passed in.
 pub(crate) struct Distortion {
     faults: Vec<Fault>,
     byte_time: SimDuration,
+    pub(crate) selection: FrameSelection,
     state: State,
 }
 
@@ -42,30 +46,21 @@ struct State {
     harmed: u64,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct BurstFaults {
-    dropped: bool,
-    delay: SimDuration,
-    copied: bool,
-    held: bool,
-}
-
 impl Distortion {
-    /// Applies the faults of the schedule that are `on` this place to one direction; `direction`
-    /// names the random streams.
+    /// Applies the faults of the schedule that are `on` this place to one direction. Without
+    /// `frames`, a burst counts as a frame.
     pub(crate) fn new(
         on: &str,
-        direction: &str,
-        babbles: bool,
+        channel: Channel,
         byte_time: SimDuration,
         schedule: &FaultSchedule,
+        frames: Option<FrameReader>,
     ) -> Result<Self, WireError> {
         nonzero(on, "byte time", byte_time)?;
-        let selected = schedule.faults.iter().filter(|fault| fault.on == on);
-        let faults: Vec<Fault> = selected.cloned().collect();
-        faults.iter().try_for_each(Fault::check)?;
-        let named = |what: &str| stream(schedule.seed, &format!("{on}/{what}/{direction}"));
-        let noise = Noise::new(&faults, babbles, named("noise"));
+        let (faults, selection) = FrameSelection::of(on, channel, schedule, frames)?;
+        let name = channel.name;
+        let named = |what: &str| stream(schedule.seed, &format!("{on}/{what}/{name}"));
+        let noise = Noise::new(&faults, channel.babbles, named("noise"));
         let state = State {
             stream: named("faults"),
             noise,
@@ -83,8 +78,14 @@ impl Distortion {
         Ok(Self {
             faults,
             byte_time,
+            selection,
             state,
         })
+    }
+
+    /// Accepts the messages of the host that `other`, the direction from the host, has read.
+    pub(crate) fn accept_messages(&mut self, other: &mut Self) {
+        self.selection.accept(&mut other.selection.messages);
     }
 
     /// Number of bytes that were altered, delayed, lost or added.
@@ -127,6 +128,7 @@ impl Distortion {
             .iter()
             .any(|fault| fault.at <= last && piece.first < fault.until());
         clear
+            && !self.selection.reads()
             && state.burst_faults == BurstFaults::default()
             && state.copy.is_empty()
             && state.held.is_empty()
@@ -148,14 +150,18 @@ impl Distortion {
         if !self.state.open {
             self.begin_burst(at);
         }
+        (self.state.last_in, self.state.open) = (Some(at), true);
+        self.transfer_byte(at, gap, octet);
+        if self.selection.push(at, octet.byte) {
+            self.end_burst(at);
+        }
+    }
+
+    /// Outputs a byte of the current burst with its faults.
+    fn transfer_byte(&mut self, at: SimTime, gap: SimDuration, octet: Octet) {
+        let unplugged = self.is_unplugged(at);
         let state = &mut self.state;
-        (state.last_in, state.open) = (Some(at), true);
-        let unplugged =
-            |fault: &Fault| matches!(fault.kind, FaultKind::Unplug { .. }) && fault.holds(at);
-        if state.burst_faults.dropped
-            || at < state.noise.until + self.byte_time
-            || self.faults.iter().any(unplugged)
-        {
+        if unplugged || state.burst_faults.dropped || at < state.noise.until + self.byte_time {
             state.harmed += 1;
             return;
         }
@@ -166,7 +172,7 @@ impl Distortion {
         if state.burst_faults.copied {
             state.copy.push(octet);
         }
-        if state.burst_faults.held {
+        if state.burst_faults.held.is_some() {
             state.harmed += 1;
             state.held.push(octet);
             return;
@@ -178,43 +184,46 @@ impl Distortion {
         state.last_out = Some(out);
     }
 
-    /// Draws the faults of the burst whose first byte is complete at `at`.
-    fn begin_burst(&mut self, at: SimTime) {
-        let state = &mut self.state;
-        state.burst_faults = BurstFaults::default();
-        for fault in self.faults.iter().filter(|fault| fault.holds(at)) {
-            match fault.kind {
-                FaultKind::Drop { probability } => {
-                    state.burst_faults.dropped |= state.stream.unit() < probability;
-                }
-                FaultKind::Delay { by } => state.burst_faults.delay += by,
-                FaultKind::Duplicate { probability } => {
-                    state.burst_faults.copied |= state.stream.unit() < probability;
-                }
-                // One burst at a time: it swaps places with the next one.
-                FaultKind::Reorder { probability }
-                    if state.stream.unit() < probability && state.held.is_empty() =>
-                {
-                    state.burst_faults.held = true;
-                    state.held_until = fault.until();
-                }
-                _ => {}
+    /// Whether the line is disconnected at `at`; each such fault is counted.
+    fn is_unplugged(&mut self, at: SimTime) -> bool {
+        let mut unplugged = false;
+        for (index, fault) in self.faults.iter().enumerate() {
+            if matches!(fault.kind, FaultKind::Unplug { .. })
+                && self.selection.is_active(index, fault, at)
+            {
+                unplugged = true;
+                self.selection.count(index);
             }
         }
+        unplugged
+    }
+
+    fn begin_burst(&mut self, at: SimTime) {
+        let (state, selection) = (&mut self.state, &mut self.selection);
+        let holds = !state.held.is_empty();
+        let burst = BurstFaults::draw(&self.faults, selection, &mut state.stream, holds, at);
+        state.held_until = burst.held.unwrap_or(state.held_until);
+        state.burst_faults = burst;
     }
 
     /// Flips bits of a byte in the order of transmission: start bit, eight data bits, stop bit.
     /// None if the start bit is flipped: the receiver loses the byte.
     fn flip(&mut self, at: SimTime, octet: Octet) -> Option<Octet> {
         let (mut flipped, mut lost) = (octet, false);
-        for fault in self.faults.iter().filter(|fault| fault.holds(at)) {
-            if let FaultKind::Flip { rate } = fault.kind {
+        for (index, fault) in self.faults.iter().enumerate() {
+            if let FaultKind::Flip { rate } = fault.kind
+                && self.selection.is_active(index, fault, at)
+            {
+                let before = (flipped, lost);
                 let mut flipped_bit = || self.state.stream.unit() < rate;
                 lost ^= flipped_bit();
                 for bit in 0..8 {
                     flipped.byte ^= u8::from(flipped_bit()) << bit;
                 }
                 flipped.framing_error ^= flipped_bit();
+                if before != (flipped, lost) {
+                    self.selection.count(index);
+                }
             }
         }
         self.state.harmed += u64::from(lost || flipped != octet);
@@ -257,6 +266,7 @@ impl Distortion {
                 return;
             };
             if ends == Some(next) {
+                self.selection.end_burst();
                 self.end_burst(next);
             } else if release == Some(next) {
                 let held = mem::take(&mut self.state.held);
@@ -264,11 +274,12 @@ impl Distortion {
             } else {
                 let after = self.state.last_out.unwrap_or(next);
                 let state = &mut self.state;
-                let generated =
+                let (index, generated) =
                     state
                         .noise
                         .block(&self.faults, self.byte_time, after, &mut state.out);
                 if generated > 0 {
+                    self.selection.count(index);
                     state.last_out = Some(state.noise.until.max(after));
                     state.harmed += generated;
                 }
@@ -287,7 +298,7 @@ impl Distortion {
         self.state.open = false;
         let mut copy = mem::take(&mut self.state.copy);
         let burst_faults = mem::take(&mut self.state.burst_faults);
-        if burst_faults.held {
+        if burst_faults.held.is_some() {
             self.state.held.append(&mut copy);
             self.state.copy = copy;
             self.state.held_until = self.state.held_until.max(now);
@@ -367,11 +378,13 @@ impl Distortion {
     }
 
     pub(crate) fn save(&self) -> Snapshot {
-        Snapshot::of(&self.state)
+        Snapshot::of(&(&self.state, self.selection.save()))
     }
 
     pub(crate) fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.state = snapshot.read()?;
+        let (state, selection): (State, SelectionState) = snapshot.read()?;
+        self.state = state;
+        self.selection.restore(selection);
         Ok(())
     }
 }

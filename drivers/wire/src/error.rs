@@ -49,6 +49,32 @@ pub enum WireError {
         /// Value.
         value: f64,
     },
+    /// A fault counts frames behind a kind of message that the wire does not have.
+    #[error("there is no message `{found}` on {on}; its messages are: {known}")]
+    Message {
+        /// Place of the fault.
+        on: String,
+        /// Requested kind of message.
+        found: String,
+        /// Known kinds.
+        known: String,
+    },
+    /// A fault that does not act on frames chooses some, or a phase.
+    #[error(
+        "a fault `{kind}` on {on} acts in a window of time only: give neither frames nor phase"
+    )]
+    Selection {
+        /// Place of the fault.
+        on: String,
+        /// Name of the kind of fault.
+        kind: &'static str,
+    },
+    /// A fault chooses the frames of number zero.
+    #[error("a fault on {on} chooses frames by the number 0; they are counted from 1")]
+    FrameNumber {
+        /// Place of the fault.
+        on: String,
+    },
     /// A channel of a device does not exist or is used twice.
     #[error("{what} {number} of {count} does not exist, or is used twice")]
     Channel {

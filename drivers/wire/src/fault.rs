@@ -2,7 +2,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::FaultKind;
+use twinrig_runtime::{FaultKind, FaultSelection, FrameCount};
 
 use crate::WireError;
 
@@ -10,19 +10,24 @@ use crate::WireError;
 ///
 /// ```
 /// use twinrig_kernel::{SimDuration, SimTime};
-/// use twinrig_wire::{Fault, FaultKind};
+/// use twinrig_wire::{Fault, FaultKind, FaultSelection, FrameChoice, FrameCount};
 ///
 /// let fault = Fault {
 ///     at: SimTime::ZERO + SimDuration::from_secs(9),
 ///     on: "wire/sbcp".to_owned(),
 ///     kind: FaultKind::Drop { probability: 0.5 },
 ///     lasts: SimDuration::from_millis(20),
+///     select: FaultSelection {
+///         frames: Some(FrameChoice { after: None, count: FrameCount::Every(7) }),
+///         ..FaultSelection::default()
+///     },
 /// };
 /// let printed = r#"[[fault]]
 /// at = "9 s"
 /// on = "wire/sbcp"
 /// kind = "drop"
 /// probability = 0.5
+/// on_frame = { every = 7 }
 /// for = "20 ms"
 /// "#;
 /// assert_eq!(fault.to_string(), printed);
@@ -37,6 +42,8 @@ pub struct Fault {
     pub kind: FaultKind,
     /// Duration: the fault is active in [`at`, `at` + `lasts`).
     pub lasts: SimDuration,
+    /// Part of the traffic in that time.
+    pub select: FaultSelection,
 }
 
 /// Faults of a run with the seed of their random draws.
@@ -72,11 +79,25 @@ impl Fault {
         }
     }
 
-    /// Checks that the probability or rate lies in \[0, 1\].
+    /// Checks that the probability or rate lies in \[0, 1\], and that the fault can act on the part
+    /// of the traffic that it selects.
     pub(crate) fn check(&self) -> Result<(), WireError> {
+        let on = || self.on.clone();
+        let select = &self.select;
+        if !self.kind.selects() && (select.frames.is_some() || select.phase.is_some()) {
+            return Err(WireError::Selection {
+                on: on(),
+                kind: self.kind.name(),
+            });
+        }
+        if let Some(FrameCount::Nth(0) | FrameCount::Every(0)) =
+            select.frames.as_ref().map(|frames| frames.count)
+        {
+            return Err(WireError::FrameNumber { on: on() });
+        }
         match self.chance() {
             Some((what, value)) if !(0.0..=1.0).contains(&value) => Err(WireError::Probability {
-                on: self.on.clone(),
+                on: on(),
                 what,
                 value,
             }),
@@ -112,6 +133,20 @@ impl fmt::Display for Fault {
             FaultKind::Unplug { fails: true } => writeln!(f, "fails = true")?,
             FaultKind::Babble { pause } => writeln!(f, "pause = {}", Quantity(pause.as_nanos()))?,
             _ => {}
+        }
+        let select = &self.select;
+        if let Some(direction) = select.direction {
+            writeln!(f, "direction = {:?}", direction.name())?;
+        }
+        if let Some(phase) = select.phase {
+            writeln!(f, "phase = {:?}", phase.name())?;
+        }
+        if let Some(frames) = &select.frames {
+            writeln!(f, "on_frame = {frames}")?;
+        }
+        // A fault to the end of time has no length in a scenario.
+        if self.until() == SimTime::MAX {
+            return Ok(());
         }
         writeln!(f, "for = {}", Quantity(self.lasts.as_nanos()))
     }

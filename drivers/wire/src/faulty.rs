@@ -1,8 +1,11 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Part, PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError};
+use twinrig_runtime::{
+    BusHealth, DriverPhase, Part, PlantAccess, PlantSignals, TaskError, TransmitBuffer, WiringError,
+};
 
+use crate::channel::Channel;
 use crate::distortion::Distortion;
-use crate::{Arrivals, FaultSchedule, Line, Piece, WireError};
+use crate::{Arrivals, FaultSchedule, FrameReader, Line, Piece, WireError};
 
 /// Line with faults in both directions, where any are declared; without them it costs nothing.
 pub struct Faulty<L> {
@@ -35,9 +38,25 @@ impl<L: Line> Faulty<L> {
         schedule: &FaultSchedule,
         line: L,
     ) -> Result<Self, WireError> {
+        Self::framed(on, byte_time, schedule, None, line)
+    }
+
+    /// As [`Faulty::new`], with the frames on the line, in either direction. Without them a burst
+    /// counts as a frame, and messages have no kinds.
+    ///
+    /// # Errors
+    /// As [`Faulty::new`].
+    pub fn framed(
+        on: &str,
+        byte_time: SimDuration,
+        schedule: &FaultSchedule,
+        frames: Option<FrameReader>,
+        line: L,
+    ) -> Result<Self, WireError> {
+        let distortion = |channel| Distortion::new(on, channel, byte_time, schedule, frames);
         let mut faults = Faults {
-            outward: Distortion::new(on, "out", true, byte_time, schedule)?,
-            inward: Distortion::new(on, "in", true, byte_time, schedule)?,
+            outward: distortion(Channel::LINE_OUT)?,
+            inward: distortion(Channel::LINE_IN)?,
             arrived: Arrivals::default(),
             now: SimTime::ZERO,
             wake: None,
@@ -56,6 +75,7 @@ impl Faults {
     fn update_wake(&mut self, line: &impl Line) {
         let events = [
             self.outward.failure(),
+            self.inward.failure(),
             self.outward.next_event(),
             self.inward.next_event(),
             self.inward.next_byte(),
@@ -75,7 +95,8 @@ impl Faults {
         now: SimTime,
         plant: &mut dyn PlantAccess,
     ) -> Result<(), TaskError> {
-        if self.outward.failure().is_some_and(|at| at <= now) {
+        let failures = [self.outward.failure(), self.inward.failure()];
+        if failures.into_iter().flatten().any(|at| at <= now) {
             let why = format!("{on} is unplugged");
             return Err(TaskError::Device { why });
         }
@@ -109,6 +130,26 @@ impl<L: Line> Part for Faulty<L> {
             faults.update_wake(&self.line);
         }
         Ok(())
+    }
+
+    fn begin_phase(&mut self, now: SimTime, phase: DriverPhase) {
+        if let Some(faults) = &mut self.faults {
+            faults.outward.selection.begin_phase(now, phase);
+            faults.inward.selection.begin_phase(now, phase);
+        }
+        self.line.begin_phase(now, phase);
+    }
+
+    fn report_health(&self, health: &mut BusHealth) {
+        if let Some(faults) = &self.faults {
+            let effects = faults
+                .outward
+                .selection
+                .effects()
+                .chain(faults.inward.selection.effects());
+            health.fault_effects.extend(effects);
+        }
+        self.line.report_health(health);
     }
 
     fn diagnostics(&self) -> Vec<Port> {
@@ -167,6 +208,7 @@ impl<L: Line> Line for Faulty<L> {
             return self.line.send(piece);
         };
         faults.outward.pass(piece);
+        faults.inward.accept_messages(&mut faults.outward);
         faults.forward(&mut self.line);
         faults.update_wake(&self.line);
     }

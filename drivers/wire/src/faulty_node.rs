@@ -1,8 +1,9 @@
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{Part, PlantAccess, TaskError};
+use twinrig_runtime::{BusHealth, DriverPhase, Part, PlantAccess, TaskError};
 
+use crate::channel::Channel;
 use crate::distortion::Distortion;
-use crate::{FaultSchedule, Node, Piece, WireError, earlier};
+use crate::{FaultSchedule, FrameReader, Node, Piece, WireError, earlier};
 
 /// Node with faults on its stub, in both directions. The rest of the bus has none, but receives the
 /// altered transmissions.
@@ -33,12 +34,28 @@ impl<N: Node> FaultyNode<N> {
         schedule: &FaultSchedule,
         node: N,
     ) -> Result<Self, WireError> {
+        Self::framed(on, byte_time, schedule, None, node)
+    }
+
+    /// As [`FaultyNode::new`], with the frames on the bus. Without them a burst counts as a frame,
+    /// and messages have no kinds.
+    ///
+    /// # Errors
+    /// As [`FaultyNode::new`].
+    pub fn framed(
+        on: &str,
+        byte_time: SimDuration,
+        schedule: &FaultSchedule,
+        frames: Option<FrameReader>,
+        node: N,
+    ) -> Result<Self, WireError> {
+        let distortion = |channel| Distortion::new(on, channel, byte_time, schedule, frames);
         let mut faulty = Self {
             on: on.to_owned(),
             byte_time,
             node,
-            rx: Distortion::new(on, "heard", false, byte_time, schedule)?,
-            tx: Distortion::new(on, "said", true, byte_time, schedule)?,
+            rx: distortion(Channel::NODE_RX)?,
+            tx: distortion(Channel::NODE_TX)?,
             free_at: SimTime::ZERO,
             bytes: Vec::new(),
             wake: None,
@@ -69,6 +86,22 @@ impl<N: Node> Part for FaultyNode<N> {
 
     fn inner_mut(&mut self) -> Option<&mut dyn Part> {
         Some(&mut self.node)
+    }
+
+    fn begin_phase(&mut self, now: SimTime, phase: DriverPhase) {
+        self.rx.selection.begin_phase(now, phase);
+        self.tx.selection.begin_phase(now, phase);
+        self.node.begin_phase(now, phase);
+    }
+
+    fn report_health(&self, health: &mut BusHealth) {
+        let effects = self
+            .rx
+            .selection
+            .effects()
+            .chain(self.tx.selection.effects());
+        health.fault_effects.extend(effects);
+        self.node.report_health(health);
     }
 
     fn diagnostics(&self) -> Vec<Port> {
@@ -108,6 +141,7 @@ impl<N: Node> Node for FaultyNode<N> {
 
     fn receive(&mut self, piece: Piece<'_>) {
         self.rx.pass(piece);
+        self.tx.accept_messages(&mut self.rx);
         self.update_wake();
     }
 

@@ -100,8 +100,10 @@ mod addresses;
 mod analog_inputs;
 mod analog_source;
 mod arrivals;
+mod burst_faults;
 #[cfg(target_os = "linux")]
 mod byte_stream;
+mod channel;
 #[cfg(target_os = "linux")]
 mod connection;
 mod diagnostics;
@@ -114,6 +116,8 @@ mod faulty_node;
 mod fields;
 mod frame_counts;
 mod frame_format;
+mod frame_reader;
+mod frame_selection;
 mod framed_driver;
 mod framed_node;
 mod framer;
@@ -165,6 +169,7 @@ pub use faulty_node::FaultyNode;
 pub use fields::{Fields, bits, mask};
 pub use frame_counts::{FrameCounts, Pacing};
 pub use frame_format::{FrameFormat, crc16, sum16};
+pub use frame_reader::FrameReader;
 pub use framed_driver::{FrameOutcome, FramedDriver, Protocol, RequestKind};
 pub use framed_node::{Emulation, FramedNode, TxQueue};
 pub use framer::{FrameMatch, Framer, FramerState};
@@ -188,7 +193,9 @@ pub use sample_choice::SampleChoice;
 pub use sequence_number::SequenceNumber;
 pub use traced::Traced;
 pub use traffic::{TrafficError, TrafficLog};
-pub use twinrig_runtime::FaultKind;
+pub use twinrig_runtime::{
+    DriverPhase, FaultDirection, FaultKind, FaultSelection, FrameChoice, FrameCount,
+};
 pub use uart::Uart;
 pub use usb_preset::{TURNAROUND, UsbPreset};
 pub use usb_serial::UsbSerial;

@@ -38,17 +38,18 @@ impl Noise {
         self.next.iter().flatten().min().copied()
     }
 
-    /// Appends the next block, starting not before `after`; returns its number of bytes.
+    /// Appends the next block, starting not before `after`; returns the index of its fault
+    /// and its number of bytes.
     pub(crate) fn block(
         &mut self,
         faults: &[Fault],
         byte_time: SimDuration,
         after: SimTime,
         out: &mut Arrivals,
-    ) -> u64 {
+    ) -> (usize, u64) {
         let earliest = (0..self.next.len()).filter(|n| self.next[*n].is_some());
         let Some(index) = earliest.min_by_key(|n| self.next[*n]) else {
-            return 0;
+            return (0, 0);
         };
         let fault = &faults[index];
         let start = self.next[index].take().unwrap_or(fault.at).max(after);
@@ -79,6 +80,6 @@ impl Noise {
         if generated == count {
             self.next[index] = Some(end + pause);
         }
-        generated
+        (index, generated)
     }
 }

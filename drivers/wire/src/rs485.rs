@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
 use twinrig_runtime::{
-    BusHealth, BusWork, Part, PlantAccess, PlantSignals, TaskError, WiringError,
+    BusHealth, BusWork, DriverPhase, Part, PlantAccess, PlantSignals, TaskError, WiringError,
 };
 
 use crate::error::nonzero;
@@ -297,6 +297,12 @@ impl Part for Rs485 {
         }
         self.refresh();
         Ok(())
+    }
+
+    fn begin_phase(&mut self, now: SimTime, phase: DriverPhase) {
+        for slot in &mut self.slots {
+            slot.node.begin_phase(now, phase);
+        }
     }
 
     fn diagnostics(&self) -> Vec<Port> {

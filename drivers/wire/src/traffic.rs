@@ -246,6 +246,7 @@ impl TrafficLog {
             late: late.collect(),
             stale: self.stale,
             missed_points: 0,
+            fault_effects: Vec::new(),
             silence,
         }
     }

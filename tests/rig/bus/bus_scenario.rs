@@ -8,7 +8,7 @@ use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology, Following};
 use twinrig_runtime::Timing;
 use twinrig_sbcp::{ControllerConfig, ForwardingMode};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection, UsbPreset, UsbTiming};
 
 use crate::bus::harness::{Commands, ProcessConfig};
 use crate::bus::probe_plant::LEGS;
@@ -157,6 +157,7 @@ impl BusScenario {
             on: timed_fault.on.clone(),
             kind: timed_fault.kind,
             lasts: timed_fault.lasts,
+            select: FaultSelection::default(),
         });
         FaultSchedule {
             faults: faults.collect(),

@@ -2,6 +2,8 @@ use std::fmt;
 
 use twinrig_kernel::{Direction, HostTime, Port, SimDuration, SimTime};
 
+use crate::FaultEffect;
+
 /// Traffic of a bus as its driver has seen it, for reports: no signal, and no part of a
 /// fingerprint.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,6 +20,8 @@ pub struct BusHealth {
     pub stale: u64,
     /// Points that a board should have reached and has not, where it counts them.
     pub missed_points: u64,
+    /// Effects of the faults of a scenario, of each fault once for each direction and place.
+    pub fault_effects: Vec<FaultEffect>,
     /// The longest time without an accepted answer or frame.
     pub silence: Option<Silence>,
 }

@@ -53,6 +53,14 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
+    /// Returns whether the fault acts on bytes that pass, so that it may select a phase and frames.
+    pub const fn selects(&self) -> bool {
+        !matches!(
+            self,
+            Self::Unplug { fails: true } | Self::Stuck | Self::Babble { .. }
+        )
+    }
+
     /// Returns the name in a scenario.
     pub const fn name(&self) -> &'static str {
         match self {

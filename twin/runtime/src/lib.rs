@@ -75,6 +75,7 @@ mod driver;
 mod error;
 mod event_loop;
 mod fault;
+mod fault_selection;
 mod fixed_step_coupling;
 mod input_average;
 pub mod interrupt;
@@ -112,6 +113,9 @@ pub use direct_io::DirectIo;
 pub use driver::{Driver, DriverError};
 pub use error::RigError;
 pub use fault::FaultKind;
+pub use fault_selection::{
+    DriverPhase, FaultDirection, FaultEffect, FaultSelection, FrameChoice, FrameCount, PhaseClock,
+};
 pub use fixed_step_coupling::{Coupling, FixedStepCoupling, GridInputs, ZeroGridStep};
 pub use ledger::{Ledger, NegativeDissipation, Stored};
 pub use limit::{Limit, LimitViolation};

@@ -1,6 +1,6 @@
 use twinrig_kernel::{Port, SimTime, Snapshot, SnapshotError};
 
-use crate::{BusHealth, PlantSignals, WiringError};
+use crate::{BusHealth, DriverPhase, PlantSignals, WiringError};
 
 /// Work of an emulated bus, for tests of its cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,7 +56,16 @@ pub trait Part: Send {
         }
     }
 
-    /// Adds the errors that emulated boards count themselves, as their firmware does.
+    /// Handles the beginning of a phase of the driver, before it transmits: for faults, which may
+    /// be restricted to a phase.
+    fn begin_phase(&mut self, now: SimTime, phase: DriverPhase) {
+        if let Some(inner) = self.inner_mut() {
+            inner.begin_phase(now, phase);
+        }
+    }
+
+    /// Adds the errors that emulated boards count themselves, as their firmware does, and
+    /// the effects of faults.
     fn report_health(&self, health: &mut BusHealth) {
         if let Some(inner) = self.inner() {
             inner.report_health(health);
@@ -109,6 +118,9 @@ impl<T: Part + ?Sized> Part for Box<T> {
     }
     fn read_diagnostics(&self, now: SimTime, values: &mut [f64]) {
         (**self).read_diagnostics(now, values);
+    }
+    fn begin_phase(&mut self, now: SimTime, phase: DriverPhase) {
+        (**self).begin_phase(now, phase);
     }
     fn report_health(&self, health: &mut BusHealth) {
         (**self).report_health(health);

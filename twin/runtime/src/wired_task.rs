@@ -5,8 +5,8 @@ use twinrig_kernel::{
 
 use crate::traced_wire::TracedWire;
 use crate::{
-    BusHealth, Driver, DriverError, IoTask, Part, PartKind, PlantAccess, Progress, TaskError, Wire,
-    in_part,
+    BusHealth, Driver, DriverError, DriverPhase, IoTask, Part, PartKind, PlantAccess, Progress,
+    TaskError, Wire, in_part,
 };
 
 /// A driver and its modelled wire, boards included: a task of the lockstep executor.
@@ -189,6 +189,7 @@ impl IoTask for WiredTask {
 
     fn open(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         self.busy = true;
+        self.wire.begin_phase(now, DriverPhase::Opening);
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.wire.name, || {
             driver.open(host_time(now));
@@ -203,6 +204,7 @@ impl IoTask for WiredTask {
         plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
         self.busy = true;
+        self.wire.begin_phase(now, DriverPhase::Transfer);
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.wire.name, || {
             driver.begin(host_time(now), from_process);

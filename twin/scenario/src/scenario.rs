@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use twinrig_document::{Overrides, Place, Placed, Warning};
 use twinrig_kernel::{SimDuration, SimTime, Unit};
-use twinrig_runtime::{Change, Coupling, FaultKind, SensorModel, Timing};
+use twinrig_runtime::{Change, Coupling, FaultKind, FaultSelection, SensorModel, Timing};
 
 use crate::actuator::ActuatorSpec;
 use crate::body::BodyClaim;
@@ -339,6 +339,10 @@ pub struct FaultSpec {
     pub on: Placed<String>,
     /// Fault.
     pub kind: FaultKind,
+    /// Part of the traffic that it harms.
+    pub select: FaultSelection,
+    /// Place of the kind of message in `select`, if there is one.
+    pub after: Option<Placed<String>>,
 }
 
 /// `[[sensor]]`

@@ -7,7 +7,7 @@ use twinrig_runtime::{
     Driver, Group, Observer, Plant, PlantFault, Process, Rig, RigError, RunEvent, Schedule, Wire,
     WiredTask,
 };
-use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection};
 
 /// Process that writes `command(number of the step)` to all its outputs.
 pub struct ScriptedProcess {
@@ -185,6 +185,7 @@ pub fn fault(on: &str, kind: FaultKind, from_ms: u64, for_ms: u64) -> FaultSched
             on: on.to_owned(),
             kind,
             lasts: SimDuration::from_millis(for_ms),
+            select: FaultSelection::default(),
         }],
         seed: 1,
     }

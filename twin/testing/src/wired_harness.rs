@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use twinrig_kernel::{HostTime, Port, SimDuration, SimTime, Snapshot, SnapshotError, Unit};
-use twinrig_runtime::{BusWork, Driver, Plant, PlantAccess, PlantFault, PlantSignals, Wire};
+use twinrig_runtime::{
+    BusWork, Driver, DriverPhase, Plant, PlantAccess, PlantFault, PlantSignals, Wire,
+};
 
 /// Rate of a joint at a duty cycle of 1 \[rad/s\].
 const RATE: f64 = 5.0;
@@ -185,6 +187,7 @@ impl<D: Driver, W: Wire> WiredHarness<D, W> {
 
     /// Opens the driver.
     pub fn open(&mut self) -> Result<(), String> {
+        self.wire.begin_phase(self.now, DriverPhase::Opening);
         self.driver.open(self.host());
         self.run_until_idle()
     }
@@ -200,6 +203,7 @@ impl<D: Driver, W: Wire> WiredHarness<D, W> {
     /// Transfers commands, and returns the duration.
     pub fn transfer(&mut self, commands: &[f64]) -> SimDuration {
         let start = self.now;
+        self.wire.begin_phase(self.now, DriverPhase::Transfer);
         self.driver.begin(self.host(), commands);
         self.run_until_idle().unwrap();
         self.now - start

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::IoTask;
-use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection};
 
 use crate::harness::{Harness, LEGS, millis};
 
@@ -23,6 +23,7 @@ fn unplugged(on: &str, at: SimTime, lasts: SimDuration) -> Fault {
         on: on.into(),
         kind: FaultKind::Unplug { fails: false },
         lasts,
+        select: FaultSelection::default(),
     }
 }
 
@@ -98,6 +99,7 @@ fn babble() -> BusConfig {
             pause: SimDuration::ZERO,
         },
         lasts: millis(1_000),
+        select: FaultSelection::default(),
     };
     BusConfig {
         topology: BusTopology::Direct,
@@ -206,6 +208,7 @@ proptest! {
             on: on.into(),
             kind: FaultKind::Flip { rate },
             lasts: millis(200),
+            select: FaultSelection::default(),
         };
         let mut config = tolerant(vec![fault]);
         config.faults.seed = seed;

@@ -3,7 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::{BusHealth, IoTask};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection};
 
 use crate::harness::{Harness, millis};
 
@@ -30,6 +30,7 @@ fn fault(on: &str, kind: FaultKind, lasts: SimDuration) -> Fault {
         on,
         kind,
         lasts,
+        select: FaultSelection::default(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use twinrig_kernel::{SimDuration, stream};
 use twinrig_motordriver::{BusConfig, BusTopology, Generation};
-use twinrig_wire::{Fault, FaultKind, FaultSchedule};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection};
 
 use crate::harness::{Harness, LEGS, millis, with_clocks};
 
@@ -68,6 +68,7 @@ fn rate_with(on: &str, kind: FaultKind, seed: u64) -> f64 {
         on: on.to_owned(),
         kind,
         lasts: SimDuration::from_secs(1_000),
+        select: FaultSelection::default(),
     };
     config.faults = FaultSchedule {
         faults: vec![fault],

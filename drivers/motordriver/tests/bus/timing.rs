@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime, stream};
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::Timing;
-use twinrig_wire::{Fault, FaultKind, FaultSchedule, UsbPreset, UsbTiming};
+use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection, UsbPreset, UsbTiming};
 
 use crate::harness::{Harness, LEGS, millis};
 
@@ -61,6 +61,7 @@ fn failing_board_appears_in_mean_and_percentiles() {
         on: "wire/sbcp/RF".into(),
         kind: FaultKind::Unplug { fails: false },
         lasts: SimDuration::from_secs(1_000),
+        select: FaultSelection::default(),
     };
     let mut config = free_running(BusTopology::Direct);
     config.faults = FaultSchedule {

@@ -5,36 +5,52 @@ use proptest::prelude::*;
 use twinrig_kernel::{Direction, Layout, SimDuration, SimTime, Snapshot};
 use twinrig_runtime::{Part, TaskError};
 use twinrig_wire::{
-    Arrivals, Fault, FaultKind, FaultSchedule, Faulty, FaultyNode, Line, Node, Piece, Rs485,
+    Arrivals, DriverPhase, Fault, FaultDirection, FaultKind, FaultSchedule, FaultSelection, Faulty,
+    FaultyNode, FrameChoice, FrameCount, FrameMatch, FrameReader, Line, Node, Piece, Rs485,
     UsbSerial, UsbTiming,
 };
 
-type Timed = Vec<(SimTime, u8)>;
+/// Frames of three bytes, of which the first is even; its remainder by 4 is the kind.
+pub const FRAMES: FrameReader = FrameReader {
+    match_frame: |front| match front {
+        [] => FrameMatch::Missing(3),
+        [first, rest @ ..] if first % 2 == 0 => match rest.len() {
+            0 | 1 => FrameMatch::Missing(2 - rest.len()),
+            _ => FrameMatch::Frame(3),
+        },
+        _ => FrameMatch::Garbage,
+    },
+    code: |frame| Some(frame[0] % 4),
+    kinds: &[("ping", 0), ("set", 2)],
+};
 
-const PLACE: &str = "wire/sbcp";
+pub type Timed = Vec<(SimTime, u8)>;
 
-fn fault(from: u64, lasts: u64, kind: FaultKind) -> Fault {
+pub const PLACE: &str = "wire/sbcp";
+
+pub fn fault(from: u64, lasts: u64, kind: FaultKind) -> Fault {
     Fault {
         at: at(from),
         on: PLACE.to_owned(),
         kind,
         lasts: us(lasts),
+        select: FaultSelection::default(),
     }
 }
 
-fn schedule(faults: Vec<Fault>) -> FaultSchedule {
+pub fn schedule(faults: Vec<Fault>) -> FaultSchedule {
     FaultSchedule { faults, seed: 1 }
 }
 
 /// Faulty line with the bytes received at its far end and at its near end.
-struct Harness {
-    line: Faulty<ScriptedLine>,
+pub struct Harness {
+    pub line: Faulty<ScriptedLine>,
     far: std::sync::mpsc::Receiver<(SimTime, u8)>,
     near: Arrivals,
 }
 
 impl Harness {
-    fn new(schedule: &FaultSchedule, arrivals_due: &Bursts) -> Self {
+    pub fn new(schedule: &FaultSchedule, arrivals_due: &Bursts) -> Self {
         let (sent, far) = std::sync::mpsc::channel();
         let line = ScriptedLine {
             arrivals_due: timed(arrivals_due),
@@ -43,7 +59,7 @@ impl Harness {
             now: SimTime::ZERO,
             sent,
         };
-        let line = Faulty::new(PLACE, BYTE, schedule, line).unwrap();
+        let line = Faulty::framed(PLACE, BYTE, schedule, Some(FRAMES), line).unwrap();
         Self {
             line,
             far,
@@ -52,7 +68,13 @@ impl Harness {
     }
 
     /// Sends bursts, each at the start of its first byte.
-    fn advance_to(&mut self, sends: &Bursts, from: SimTime, end: SimTime, extra_times: &[SimTime]) {
+    pub fn advance_to(
+        &mut self,
+        sends: &Bursts,
+        from: SimTime,
+        end: SimTime,
+        extra_times: &[SimTime],
+    ) {
         let mut extra_times = extra_times.to_vec();
         extra_times.retain(|at| *at > from && *at < end);
         let mut free = SimTime::ZERO;
@@ -82,19 +104,19 @@ impl Harness {
         advance_line(&mut self.line, end, &extra_times, &mut self.near);
     }
 
-    fn far(&self) -> Timed {
+    pub fn far(&self) -> Timed {
         self.far.try_iter().collect()
     }
 
-    fn near(&self) -> Timed {
+    pub fn near(&self) -> Timed {
         self.near.iter().collect()
     }
 }
 
-const END: u64 = 3_000;
+pub const END: u64 = 3_000;
 
 /// Returns the bytes received at the far end and at the near end.
-fn run(faults: Vec<Fault>, bursts: &Bursts) -> (Timed, Timed) {
+pub fn run(faults: Vec<Fault>, bursts: &Bursts) -> (Timed, Timed) {
     let mut harness = Harness::new(&schedule(faults), bursts);
     harness.advance_to(bursts, SimTime::ZERO, at(END), &[]);
     (harness.far(), harness.near())
@@ -108,7 +130,7 @@ fn three() -> Bursts {
     ]
 }
 
-fn text(timed: &Timed) -> String {
+pub fn text(timed: &Timed) -> String {
     timed.iter().map(|(_, byte)| char::from(*byte)).collect()
 }
 
@@ -473,11 +495,39 @@ fn kind() -> impl Strategy<Value = FaultKind> {
 }
 
 fn any_schedule() -> impl Strategy<Value = FaultSchedule> {
-    let fault = (0_u64..400_000, 0_u64..300_000, kind()).prop_map(|(from, lasts, kind)| Fault {
+    let count = prop_oneof![
+        Just(FrameCount::All),
+        (1_u64..5).prop_map(FrameCount::Nth),
+        (1_u64..4).prop_map(FrameCount::Every),
+    ];
+    let after = prop_oneof![Just(None), Just(Some("ping".to_owned()))];
+    let frames = (count, after).prop_map(|(count, after)| FrameChoice { after, count });
+    let phase = prop_oneof![Just(None), Just(Some(DriverPhase::Opening))];
+    let direction = prop_oneof![Just(FaultDirection::Out), Just(FaultDirection::In)];
+    let frames = (prop::option::of(frames), phase);
+    let select = (prop::option::of(direction), frames, kind());
+    let select = select.prop_map(|(direction, (frames, phase), kind)| {
+        let (frames, phase) = if kind.selects() {
+            (frames, phase)
+        } else {
+            (None, None)
+        };
+        (
+            FaultSelection {
+                direction,
+                phase,
+                frames,
+            },
+            kind,
+        )
+    });
+    let fault = (0_u64..400_000, 0_u64..300_000, select);
+    let fault = fault.prop_map(|(from, lasts, (select, kind))| Fault {
         at: SimTime::from_nanos(from),
         on: PLACE.to_owned(),
         kind,
         lasts: SimDuration::from_nanos(lasts),
+        select,
     });
     (prop::collection::vec(fault, 0..4), any::<u64>())
         .prop_map(|(faults, seed)| FaultSchedule { faults, seed })
@@ -555,7 +605,8 @@ proptest! {
 fn bus(schedule: &FaultSchedule) -> Rs485 {
     let nodes = (0..3).map(|n| {
         let place = if n == 1 { PLACE } else { "wire/other" };
-        Box::new(FaultyNode::new(place, BYTE, schedule, Board::new(n)).unwrap()) as Box<dyn Node>
+        Box::new(FaultyNode::framed(place, BYTE, schedule, Some(FRAMES), Board::new(n)).unwrap())
+            as Box<dyn Node>
     });
     Rs485::new("sbcp", BYTE, us(2), nodes.collect()).unwrap()
 }

@@ -2,6 +2,7 @@
 
 mod adapters;
 mod bus;
+mod chosen_frames;
 mod device;
 mod faults;
 mod framed;

@@ -2,8 +2,8 @@
 
 use twinrig_document::suggestion;
 use twinrig_kernel::{Direction, Port};
-use twinrig_runtime::{DirectIo, IoTask, Process, RigError, WiredTask};
-use twinrig_scenario::{BusSpec, FaultSpec, matches};
+use twinrig_runtime::{BusHealth, DirectIo, IoTask, Process, RigError, WiredTask};
+use twinrig_scenario::{BusSpec, FaultSpec, Scenario, matches};
 
 use crate::assembly::builder::{Bus, PartBuilder};
 use crate::error::{BuildError, Error};
@@ -110,6 +110,7 @@ impl PartBuilder<'_> {
                 place => places.iter().any(|known| known == place),
             };
             if known {
+                check_message(bus, kind, fault)?;
                 continue;
             }
             if places.is_empty() && !kind.has_faults() {
@@ -160,6 +161,52 @@ impl PartBuilder<'_> {
         };
         build(&context).map_err(|source| self.not_built("bus", &bus.kind, source))
     }
+}
+
+/// Checks that the messages behind which a fault counts frames exist on its bus.
+fn check_message(bus: &BusSpec, kind: &BusKind, fault: &FaultSpec) -> Result<(), Error> {
+    let Some(after) = &fault.after else {
+        return Ok(());
+    };
+    let messages = kind.messages(&bus.options);
+    if messages.contains(&after.value.as_str()) {
+        return Ok(());
+    }
+    let message = format!(
+        "there is no message `{}` on `{}`",
+        after.value, fault.on.value
+    );
+    let help = if messages.is_empty() {
+        "its frames have no kinds: choose them by `nth` or `every`".to_owned()
+    } else {
+        suggestion(&after.value, "messages", messages)
+    };
+    Err(after.error(message, help).into())
+}
+
+/// Returns the faults of a scenario without an effect on the bus of this name, which has this
+/// health: each with its number, from 1.
+pub(crate) fn idle_faults<'s>(
+    scenario: &'s Scenario,
+    bus: &str,
+    health: &BusHealth,
+) -> Vec<(usize, &'s FaultSpec)> {
+    let Some(bus) = scenario.bus(bus) else {
+        return Vec::new();
+    };
+    let numbered = scenario.faults.iter().zip(1..);
+    let on_bus = numbered.filter(|(fault, _)| place(bus, fault).is_some());
+    let is_idle = |index: usize| {
+        let mut effects = health
+            .fault_effects
+            .iter()
+            .filter(|it| it.fault == index)
+            .peekable();
+        // Faults that the wire does not count are not judged.
+        effects.peek().is_some() && effects.all(|it| it.harmed == 0)
+    };
+    let idle = on_bus.enumerate().filter(|(index, _)| is_idle(*index));
+    idle.map(|(_, (fault, number))| (number, fault)).collect()
 }
 
 /// Returns the place of a fault on `bus`: `LF` of `wire/sbcp/LF`, empty of `wire/sbcp`; `None` for

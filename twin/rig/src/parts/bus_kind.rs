@@ -11,7 +11,9 @@ use twinrig_robot::Robot;
 use twinrig_runtime::{Driver, PartKind, Wire, in_part};
 use twinrig_scenario::{Accepts, ActuatorSpec, FaultSpec, Kind, OptionSpec, Options};
 use twinrig_sensor::SensorFile;
-use twinrig_wire::{Emulation, Fault, FaultSchedule, Node, Protocol, device_wire, usb_device_wire};
+use twinrig_wire::{
+    Emulation, Fault, FaultSchedule, FrameReader, Node, Protocol, device_wire, usb_device_wire,
+};
 
 use crate::error::BuildError;
 use crate::parts::decoder::{Decoder, Direction, framed};
@@ -25,6 +27,7 @@ type Mount = Box<dyn Fn(&Options) -> Option<SensorMount> + Send + Sync>;
 type Calibrations = Box<dyn Fn(&Options) -> Vec<Placed<String>> + Send + Sync>;
 type Measured = Box<dyn Fn(&Options) -> Vec<String> + Send + Sync>;
 type Baud = Box<dyn Fn(&Options) -> u32 + Send + Sync>;
+type Frames = Box<dyn Fn(&Options) -> FrameReader + Send + Sync>;
 type Decoders = Box<dyn Fn(&Options, Direction) -> Decoder + Send + Sync>;
 
 /// Key of the table with the timing of a USB converter.
@@ -71,6 +74,7 @@ impl BusContext<'_> {
                 place => format!("wire/{}/{place}", self.name),
             },
             kind: fault.kind,
+            select: fault.select.clone(),
             lasts: fault.lasts.unwrap_or(SimTime::MAX - fault.at),
         };
         FaultSchedule {
@@ -157,6 +161,7 @@ pub struct BusKind {
     driver: BuildDriver,
     wire: BuildWire,
     decoder: Option<Decoders>,
+    frames: Option<Frames>,
 }
 
 impl BusKind {
@@ -181,6 +186,7 @@ impl BusKind {
             driver: Box::new(move |context| Ok(Box::new(driver(context)?))),
             wire: Box::new(move |context| Ok(Box::new(wire(context)?))),
             decoder: None,
+            frames: None,
         }
     }
 
@@ -214,6 +220,24 @@ impl BusKind {
     ) -> Self {
         self.decoder = Some(Box::new(decoder));
         self
+    }
+
+    /// Adds the frames on a bus with these options, for faults behind a kind of message: the wire
+    /// passes them to [`twinrig_wire::Faulty::framed`].
+    #[must_use]
+    pub fn with_frames(
+        mut self,
+        frames: impl Fn(&Options) -> FrameReader + Send + Sync + 'static,
+    ) -> Self {
+        self.frames = Some(Box::new(frames));
+        self
+    }
+
+    /// Returns the names of the kinds of messages on a bus with these options.
+    pub(crate) fn messages(&self, options: &Options) -> Vec<&'static str> {
+        let frames = self.frames.as_ref().map(|frames| frames(options));
+        let kinds = frames.map_or(&[][..], |frames| frames.kinds);
+        kinds.iter().map(|(name, _)| *name).collect()
     }
 
     /// Returns a decoder of the bytes in a direction; none if the kind has none.

@@ -9,7 +9,9 @@ use twinrig_motordriver::{
     Generation, Interpolation, MotorDriver, SessionConfig, SessionGains, Side,
 };
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
-use twinrig_sbcp::{ControllerConfig, ErrorCode, ForwardingMode, Instruction, Packet, Parser};
+use twinrig_sbcp::{
+    ControllerConfig, ErrorCode, FRAMES, ForwardingMode, Instruction, Packet, Parser,
+};
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options};
 
 use crate::error::BuildError;
@@ -50,7 +52,8 @@ pub(crate) fn kind() -> BusKind {
         .with_faults()
         .with_place("link")
         .with_place("*")
-        .with_decoder(|_, direction| decoder(direction));
+        .with_decoder(|_, direction| decoder(direction))
+        .with_frames(|_| FRAMES);
     let measured = [
         signal::HIP_POSITION,
         signal::KNEE_POSITION,

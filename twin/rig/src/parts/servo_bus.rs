@@ -73,11 +73,8 @@ fn kind(name: &str, about: &str, models: Models) -> BusKind {
                 .unwrap_or(BAUD)
         })
         .with_faults()
-        .with_decoder(move |options, direction| {
-            let kind = chosen(models, options.text("model"));
-            let protocol = kind.map_or(ProtocolVersion::Two, |kind| kind.model.protocol);
-            decoder(protocol, direction)
-        })
+        .with_decoder(move |options, direction| decoder(protocol(models, options), direction))
+        .with_frames(move |options| protocol(models, options).frames())
         .measuring(move |_| measured.to_vec());
     let kind = JOINTS
         .into_iter()
@@ -171,6 +168,12 @@ fn packet_text(packet: &Packet<'_>, protocol: ProtocolVersion, direction: Direct
     format!("{} {code} {}", packet.id, bytes.join(" "))
         .trim_end()
         .to_owned()
+}
+
+/// Returns the protocol of a bus with these options.
+fn protocol(models: Models, options: &Options) -> ProtocolVersion {
+    let kind = chosen(models, options.text("model"));
+    kind.map_or(ProtocolVersion::Two, |kind| kind.model.protocol)
 }
 
 /// Returns the value of a choice.

@@ -151,10 +151,13 @@ pub(crate) const BUS_WARNING: &str = "bus";
 /// Code of warnings about limits of the plant that were exceeded.
 pub(crate) const LIMIT_WARNING: &str = "beyond-limit";
 
+/// Code of warnings about faults that harmed nothing in a run.
+pub(crate) const FAULT_WARNING: &str = "fault-without-effect";
+
 impl WarningEntry {
     /// Returns whether the warning is about the run, not about the scenario.
     fn is_of_run(&self) -> bool {
-        [BUS_WARNING, LIMIT_WARNING].contains(&self.code)
+        [BUS_WARNING, LIMIT_WARNING, FAULT_WARNING].contains(&self.code)
     }
 
     /// Converts warnings, in their order.

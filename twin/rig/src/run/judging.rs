@@ -7,15 +7,17 @@ use twinrig_kernel::SimTime;
 use twinrig_record::{RecordError, Recorder, VerdictMessage};
 use twinrig_runtime::{Group, Rig};
 use twinrig_scenario::{
-    Expectation, Judge, Layouts, Outcome, Reference, RunEnd, Scenario, Tracking, Verdict,
+    Expectation, FaultSpec, Judge, Layouts, Outcome, Reference, RunEnd, Scenario, Tracking, Verdict,
 };
 
 use crate::assembly::Assembly;
+use crate::assembly::buses::idle_faults;
 use crate::assembly::recording_size::LARGE_RECORDING;
 use crate::error::Error;
 use crate::report::buses::skips;
 use crate::report::{
-    BUS_WARNING, BusReport, LIMIT_WARNING, Line, Report, Status, WarningEntry, seconds,
+    BUS_WARNING, BusReport, FAULT_WARNING, LIMIT_WARNING, Line, Report, Status, WarningEntry,
+    seconds,
 };
 use crate::run::course::{Course, Stopped, run};
 use crate::run::execution::Execution;
@@ -131,8 +133,40 @@ fn buses(
         .iter()
         .filter(|(task, count)| *count > 0 && !of_bus(task));
     let direct = direct.map(|(task, count)| warned(None, skips(task, *count)));
-    let warnings = unclean.chain(direct).collect();
+    let idle = course.buses.iter().flat_map(|bus| {
+        let idle = idle_faults(scenario, &bus.name, &bus.health);
+        idle.into_iter().map(|(number, fault)| WarningEntry {
+            code: FAULT_WARNING,
+            message: without_effect(number, fault),
+            file: scenario.file.clone(),
+            line: Some(fault.on.place.line()),
+        })
+    });
+    let warnings = unclean.chain(direct).chain(idle).collect();
     (reports, warnings)
+}
+
+/// Returns the message about a fault that harmed nothing.
+fn without_effect(number: usize, fault: &FaultSpec) -> String {
+    let select = &fault.select;
+    let phase = select.phase.map(|phase| format!("phase {}", phase.name()));
+    let direction = select
+        .direction
+        .map(|it| format!("direction {}", it.name()));
+    let frames = select.frames.as_ref().map(|it| format!("on_frame = {it}"));
+    let parts: Vec<String> = [direction, phase, frames].into_iter().flatten().collect();
+    let harmed = if select.frames.is_some() {
+        "frame"
+    } else {
+        "byte"
+    };
+    let (kind, on) = (fault.kind.name(), &fault.on.value);
+    let selected = if parts.is_empty() {
+        String::new()
+    } else {
+        format!(", {}", parts.join(", "))
+    };
+    format!("fault {number} harmed no {harmed}: {kind} on {on}{selected}")
 }
 
 /// Returns the lines of a report, with those marked that the end of the run left unobserved.

@@ -10,6 +10,7 @@ mod elsewhere;
 mod ensemble;
 mod expect;
 mod fall;
+mod fault;
 mod file;
 mod footsteps;
 mod io;

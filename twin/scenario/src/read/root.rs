@@ -9,8 +9,8 @@ use twinrig_kernel::SimDuration;
 
 use super::checks::{ScenarioChecks, code, print_duration};
 use super::{
-    actuator, bus, changes, controller, ensemble, expect, fall, footsteps, io, loads, plant, push,
-    sensor,
+    actuator, bus, changes, controller, ensemble, expect, fall, fault, footsteps, io, loads, plant,
+    push, sensor,
 };
 use crate::actuator::ActuatorSpec;
 use crate::catalogue::{Catalogue, Standalone};
@@ -73,7 +73,7 @@ table! {
     CHANGE: () = "change", contextual(Shape::Tables(changes::change_table::TABLE)),
         "changes of process variables",
         r#"change = [{ at = "6 s", set = "frequency", by = "0.1 Hz" }]"#, needs("controller");
-    FAULT: () = "fault", contextual(Shape::Tables(bus::fault_table::TABLE)), "faults of wires",
+    FAULT: () = "fault", contextual(Shape::Tables(fault::fault_table::TABLE)), "faults of wires",
         r#"fault = [{ at = "1 s", on = "wire/sbcp", kind = "drop" }]"#;
     SENSOR: () = "sensor", contextual(Shape::Tables(sensor::sensor_table::TABLE)),
         "sensors of inputs of the controller",
@@ -162,7 +162,7 @@ pub(super) fn read(
     let control = control.map_err(|reported| *reported);
     let io = table.get_with(&IO, |item| io::io(item, control.unwrap_or(None)));
     let changes = changes::changes(table, &CHANGE, control, catalogue, run);
-    let faults = table.get_with(&FAULT, |item| item.each(|item| bus::fault(item, run)));
+    let faults = table.get_with(&FAULT, |item| item.each(|item| fault::fault(item, run)));
     let has_controller = control.map(|control| control.is_some()).ok();
     let sensors = sensor::sensors(table, &SENSOR, has_controller, run);
     let pushed = push::Context {
@@ -186,7 +186,7 @@ pub(super) fn read(
     let applies = |one: &Expectation| one.plants.is_empty() || one.plants.contains(&plant.model);
     let (expectations, of_other_plants): (Vec<_>, _) = expectations?.into_iter().partition(applies);
     let (buses, faults) = (buses?.unwrap_or_default(), faults?.unwrap_or_default());
-    bus::check_sites(table, &FAULT, &buses, &faults)?;
+    fault::check_sites(table, &FAULT, &buses, &faults)?;
     let io = io.unwrap_or_else(|| controller::io_default(controller.as_ref()));
     let footsteps = footsteps?;
     let checks = ScenarioChecks {

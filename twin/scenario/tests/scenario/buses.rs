@@ -1,7 +1,9 @@
 //! Buses and faults of a scenario.
 
 use twinrig_kernel::{SimDuration, SimTime};
-use twinrig_runtime::{FaultKind, Timing};
+use twinrig_runtime::{
+    DriverPhase, FaultDirection, FaultKind, FaultSelection, FrameChoice, FrameCount, Timing,
+};
 use twinrig_scenario::{OptionValue, Verdict};
 
 fn bus(more: &str) -> String {
@@ -68,6 +70,57 @@ fn fault_lasts_for_its_duration_or_to_the_end() {
         (flip.lasts, flip.kind),
         (None, FaultKind::Flip { rate: 1e-4 })
     );
+}
+
+#[test]
+fn fault_of_chosen_frames_begins_with_the_run() {
+    let faults = "[[fault]]\non = \"wire/sbcp/LF\"\nkind = \"drop\"\ndirection = \"in\"\n\
+                  phase = \"opening\"\non_frame = { after = \"ping\", nth = 3 }\n";
+    let scenario = crate::common::parse(&bus(faults)).unwrap();
+    let fault = &scenario.faults[0];
+    let select = FaultSelection {
+        direction: Some(FaultDirection::In),
+        phase: Some(DriverPhase::Opening),
+        frames: Some(FrameChoice {
+            after: Some("ping".to_owned()),
+            count: FrameCount::Nth(3),
+        }),
+    };
+    assert_eq!(
+        (fault.at, fault.lasts, &fault.select),
+        (SimTime::ZERO, None, &select)
+    );
+    assert_eq!(
+        fault.after.as_ref().map(|it| it.value.as_str()),
+        Some("ping")
+    );
+}
+
+#[test]
+fn choices_without_a_frame_are_refused() {
+    for (keys, message) in [
+        ("kind = \"drop\"\non_frame = {}", "this chooses no frames"),
+        (
+            "kind = \"drop\"\non_frame = { nth = 0 }",
+            "there is no frame 0",
+        ),
+        (
+            "kind = \"drop\"\non_frame = { nth = 2, every = 2 }",
+            "`nth` and `every` are two choices",
+        ),
+        (
+            "kind = \"stuck\"\non_frame = { nth = 2 }",
+            "a fault `stuck` acts in a window of time only",
+        ),
+        (
+            "kind = \"babble\"\nphase = \"opening\"",
+            "a fault `babble` acts in a window of time only",
+        ),
+    ] {
+        let text = bus(&format!("[[fault]]\non = \"wire/sbcp\"\n{keys}\n"));
+        let error = crate::common::parse(&text).unwrap_err().to_string();
+        assert!(error.contains(message), "{keys}: {error}");
+    }
 }
 
 #[test]

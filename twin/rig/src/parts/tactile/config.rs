@@ -1,7 +1,7 @@
 //! Settings of the acquisition of a bus.
 
 use twinrig_kernel::SimTime;
-use twinrig_runtime::FaultKind;
+use twinrig_runtime::{FaultKind, FaultSelection};
 use twinrig_scenario::Options;
 use twinrig_tactile::{CHANNELS, SampleChoice, Tactile, Unplugged};
 use twinrig_wire::{AnalogInput, AnalogSource};
@@ -47,6 +47,11 @@ fn unplugged(context: &BusContext<'_>) -> Result<Vec<Unplugged>, BuildError> {
                 fault.kind.name(),
                 context.name
             );
+            return Err(why.into());
+        }
+        if fault.select != FaultSelection::default() {
+            let why = "the cable of a sensor is unplugged in a window of time: it has no direction, \
+                       phase and frames";
             return Err(why.into());
         }
         let end = fault.lasts.and_then(|lasts| fault.at.checked_add(lasts));
