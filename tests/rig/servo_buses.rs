@@ -91,6 +91,13 @@ fn options_of_servos_are_refused_with_a_remedy() {
             "there is no place `wire/dynamixel/XX/hip` in this scene",
         ),
         (
+            (
+                "fault",
+                "[{ on = 'wire/dynamixel', kind = 'drift', clock = '2 ppm', direction = 'in' }]",
+            ),
+            "a fault `drift` acts on boards, not on bytes",
+        ),
+        (
             ("bus.dynamixel.first_id", "250"),
             "cannot have the identifier 256",
         ),
@@ -101,6 +108,18 @@ fn options_of_servos_are_refused_with_a_remedy() {
         let text = built.unwrap_err().to_string();
         assert!(text.contains(part), "{text}");
     }
+}
+
+#[test]
+fn boards_without_a_model_of_their_supply_have_no_brown_out() {
+    let registry = Registry::standard();
+    let fault = "[{ on = 'wire/rb110', kind = 'brown-out', for = '20 ms' }]";
+    let error = shipped(&registry, "oncilla-clocks.toml", &[("fault", fault)]).err();
+    let text = error.map(|error| error.to_string()).unwrap_or_default();
+    assert!(
+        text.contains("no board at `wire/rb110` has a fault `brown-out`"),
+        "{text}"
+    );
 }
 
 /// A fault that never fires is reported, so that a claim about it can fail.

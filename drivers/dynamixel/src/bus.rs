@@ -1,6 +1,6 @@
 use twinrig_wire::{Faulty, FaultyNode, Line, Node, Recipient, Rs485, UsbSerial};
 
-use crate::config::ServoBusConfig;
+use crate::config::{ServoBusConfig, ServoConfig};
 use crate::error::ServoBusError;
 use crate::node::ServoNode;
 use crate::protocol::ProtocolVersion;
@@ -18,12 +18,16 @@ impl ServoBusConfig {
         let (name, byte_time, faults) = (&self.name, self.byte_time, &self.faults);
         let first = self.servos.first();
         let frames = first.map(|servo| servo.kind.model.protocol.frames());
-        let has_faults = |place: &str| faults.faults.iter().any(|fault| fault.on == place);
         let mut nodes: Vec<Box<dyn Node>> = Vec::new();
         for servo in &self.servos {
             let place = format!("wire/{name}/{}", servo.name);
-            let node = ServoNode::new(name, servo, byte_time);
-            nodes.push(if has_faults(&place) {
+            let clock = faults.clock(&place, servo.clock)?;
+            let servo = ServoConfig {
+                clock,
+                ..servo.clone()
+            };
+            let node = ServoNode::new(name, &servo, byte_time);
+            nodes.push(if faults.harms_board(&place) {
                 Box::new(FaultyNode::framed(&place, byte_time, faults, frames, node)?)
             } else {
                 Box::new(node)
@@ -36,7 +40,7 @@ impl ServoBusConfig {
         let mut line: Box<dyn Line> =
             Box::new(Rs485::new(name, byte_time, self.turnaround, nodes)?.with_packets(recipient));
         let place = format!("wire/{name}");
-        if has_faults(&place) {
+        if faults.harms(&place) {
             line = Box::new(Faulty::framed(&place, byte_time, faults, frames, line)?);
         }
         let usb = self.usb.clone();

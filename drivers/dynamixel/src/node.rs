@@ -9,6 +9,9 @@ use crate::config::{JointSignals, ServoConfig};
 use crate::firmware::{BridgeCommand, ServoFirmware, ServoMeasurements};
 use crate::responder::Responder;
 
+/// Time from the return of the supply until a servo works. ASSUMED: the manuals have no figure.
+const BOOT_TIME: SimDuration = SimDuration::from_millis(500);
+
 /// Emulated servo on a bus: its registers, the inner loops of its firmware at its own clock, and
 /// the motor in the plant.
 ///
@@ -16,7 +19,7 @@ use crate::responder::Responder;
 /// plant has them, the current of the motor \[A\] and the voltage of the supply \[V\]; it writes
 /// the duty cycle of the bridge and whether it is closed.
 ///
-/// Diagnostics, `BUS/SERVO/…`, counted from power-on: `instructions`, `answers`, `refused`,
+/// Diagnostics, `BUS/SERVO/…`, counted from the first power-on: `instructions`, `answers`, `refused`,
 /// `damaged`, `framing_errors` ([`crate::ResponderCounters`]), `unheard`, bytes outside packets.
 pub struct ServoNode {
     config: ServoConfig,
@@ -48,6 +51,21 @@ struct Signals {
     bridge: Range<usize>,
 }
 
+impl State {
+    /// The state at power-on: the first tick ends the first complete period of the firmware.
+    fn at_power_on(config: &ServoConfig, firmware: &dyn ServoFirmware, now: SimTime) -> Self {
+        let clock = &config.clock;
+        let shown = clock.local_at(now).as_nanos();
+        let period = firmware.period().as_nanos();
+        let next_tick = LocalTime::from_nanos((shown.div_euclid(period) + 1) * period);
+        Self {
+            next_tick,
+            wake: clock.sim_at(next_tick),
+            bridge: None,
+        }
+    }
+}
+
 impl ServoNode {
     /// Creates a servo at power-on, on the bus of that name, where a byte takes `byte_time`.
     pub fn new(bus: &str, config: &ServoConfig, byte_time: SimDuration) -> Self {
@@ -55,22 +73,14 @@ impl ServoNode {
         for &(address, value) in &config.registers {
             responder.registers_mut().set(address, value);
         }
-        let clock = &config.clock;
-        // The first complete period after power-on.
-        let shown = clock.local_at(SimTime::ZERO).as_nanos();
         let firmware = (config.kind.firmware)();
-        let period = firmware.period().as_nanos();
-        let next_tick = LocalTime::from_nanos((shown.div_euclid(period) + 1) * period);
+        let state = State::at_power_on(config, firmware.as_ref(), SimTime::ZERO);
         Self {
             prefix: format!("{bus}/{}", config.name),
             responder,
             firmware,
             signals: Signals::default(),
-            state: State {
-                next_tick,
-                wake: clock.sim_at(next_tick),
-                bridge: None,
-            },
+            state,
             config: config.clone(),
         }
     }
@@ -93,6 +103,15 @@ impl ServoNode {
         let instructions = self.responder.counters().instructions;
         let registers = self.responder.registers_mut();
         let bridge = self.firmware.step(registers, &measured, instructions);
+        self.drive(bridge, plant)
+    }
+
+    /// Commands the bridge, if the command is another one.
+    fn drive(
+        &mut self,
+        bridge: BridgeCommand,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<(), TaskError> {
         if self.state.bridge != Some(bridge) {
             let (closed, duty) = match bridge {
                 BridgeCommand::Open => (0.0, 0.0),
@@ -213,6 +232,20 @@ impl Node for ServoNode {
 
     fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
         self.responder.listens_to(spacing)
+    }
+
+    fn boot_time(&self) -> Option<SimDuration> {
+        Some(BOOT_TIME)
+    }
+
+    fn power_off(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.drive(BridgeCommand::Open, plant)
+    }
+
+    fn power_on(&mut self, now: SimTime) {
+        self.responder.power_cycle();
+        self.firmware = (self.config.kind.firmware)();
+        self.state = State::at_power_on(&self.config, self.firmware.as_ref(), now);
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -8,7 +8,7 @@ use twinrig_dynamixel::{
     DynamixelDriver, JointSignals, ReadPattern, ServoBusConfig, ServoBusWire, ServoConfig,
 };
 use twinrig_kernel::{BoardClock, LocalDuration, SimDuration, SimTime};
-use twinrig_runtime::{BusHealth, Driver, Part};
+use twinrig_runtime::{BusHealth, Driver, Part, Plant};
 use twinrig_testing::wired_harness::WiredHarness;
 use twinrig_wire::{
     DriverPhase, Fault, FaultDirection, FaultKind, FaultSchedule, FaultSelection, FrameChoice,
@@ -46,6 +46,21 @@ fn config(count: u8, pattern: ReadPattern) -> ServoBusConfig {
         usb: UsbTiming::preset(UsbPreset::Earliest),
         turnaround: SimDuration::ZERO,
         faults: FaultSchedule::default(),
+        seed: 1,
+    }
+}
+
+/// Faults of the bus: one from `at_ms` on, for `lasts_ms`.
+fn faults(on: &str, at_ms: u64, kind: FaultKind, lasts_ms: u64) -> FaultSchedule {
+    let fault = Fault {
+        at: SimTime::ZERO + SimDuration::from_millis(at_ms),
+        on: on.to_owned(),
+        kind,
+        lasts: SimDuration::from_millis(lasts_ms),
+        select: FaultSelection::default(),
+    };
+    FaultSchedule {
+        faults: vec![fault],
         seed: 1,
     }
 }
@@ -167,16 +182,12 @@ fn a_missing_servo_is_counted_and_the_others_are_read_where_they_answer() {
         (ReadPattern::FastSyncRead, 3.0),
     ] {
         let mut config = config(3, pattern);
-        config.faults = FaultSchedule {
-            faults: vec![Fault {
-                at: SimTime::ZERO + SimDuration::from_secs(2),
-                on: "wire/dxl/joint1".to_owned(),
-                kind: FaultKind::Unplug { fails: false },
-                lasts: SimDuration::from_secs(1),
-                select: FaultSelection::default(),
-            }],
-            seed: 1,
-        };
+        config.faults = faults(
+            "wire/dxl/joint1",
+            2_000,
+            FaultKind::Unplug { fails: false },
+            1_000,
+        );
         let mut rig = harness(&config);
         rig.open().unwrap();
         rig.run_until(SimTime::ZERO + SimDuration::from_secs(2));
@@ -215,16 +226,12 @@ fn opening_fails_with_the_servo_and_the_reason() {
 #[test]
 fn closing_turns_off_all_servos_that_are_there() {
     let mut config = config(3, ReadPattern::SyncRead);
-    config.faults = FaultSchedule {
-        faults: vec![Fault {
-            at: SimTime::ZERO + SimDuration::from_secs(1),
-            on: "wire/dxl/joint0".to_owned(),
-            kind: FaultKind::Unplug { fails: false },
-            lasts: SimDuration::from_secs(9),
-            select: FaultSelection::default(),
-        }],
-        seed: 1,
-    };
+    config.faults = faults(
+        "wire/dxl/joint0",
+        1_000,
+        FaultKind::Unplug { fails: false },
+        9_000,
+    );
     let mut rig = harness(&config);
     rig.open().unwrap();
     rig.run_until(SimTime::ZERO + SimDuration::from_secs(1));
@@ -243,16 +250,12 @@ fn closing_turns_off_all_servos_that_are_there() {
 #[test]
 fn a_damaged_part_of_a_fast_read_is_not_a_position() {
     let mut config = config(3, ReadPattern::FastSyncRead);
-    config.faults = FaultSchedule {
-        faults: vec![Fault {
-            at: SimTime::ZERO + SimDuration::from_secs(1),
-            on: "wire/dxl/joint0".to_owned(),
-            kind: FaultKind::Flip { rate: 5e-3 },
-            lasts: SimDuration::from_secs(9),
-            select: FaultSelection::default(),
-        }],
-        seed: 1,
-    };
+    config.faults = faults(
+        "wire/dxl/joint0",
+        1_000,
+        FaultKind::Flip { rate: 5e-3 },
+        9_000,
+    );
     let mut rig = harness(&config);
     rig.open().unwrap();
     rig.run_until(SimTime::ZERO + SimDuration::from_secs(1));
@@ -454,4 +457,79 @@ fn transfers_are_complete_after_a_fault_of_the_opening() {
     };
     let lost = lost_transfers(DriverPhase::Opening, frames);
     assert_eq!(lost, [[0], [0]]);
+}
+
+/// A servo whose supply fails is silent until it has booted, and then without torque until the bus
+/// is opened again; the others go on.
+#[test]
+fn a_brown_out_costs_the_answers_until_the_boot_and_the_torque_beyond() {
+    let second = |n: u64| SimTime::ZERO + SimDuration::from_secs(n);
+    for (on, boot, struck) in [
+        ("wire/dxl/joint0", Some(200), [true, false]),
+        ("wire/dxl/joint0", None, [true, false]),
+        ("wire/dxl", Some(200), [true, true]),
+    ] {
+        let mut config = config(2, ReadPattern::Read);
+        let boot = boot.map(SimDuration::from_millis);
+        config.faults = faults(on, 1_010, FaultKind::BrownOut { boot }, 40);
+        let mut rig = harness(&config);
+        rig.open().unwrap();
+        rig.run_until(second(1));
+        rig.transfers(1, PERIOD, &[0.2; 2]);
+        let bridges = |rig: &Harness| [0, 1].map(|n| rig.joints.inputs[2 * n + 1] != 0.0);
+        rig.run_until(second(1) + SimDuration::from_millis(15));
+        assert_eq!(bridges(&rig), struck.map(|struck| !struck), "{on}");
+        rig.transfers(100, PERIOD, &[0.2; 2]);
+        // Transfers begin 15 ms after a multiple of 20 ms; the first is at 1.015 s.
+        let silent = 40 + boot.map_or(500, |boot| boot.as_nanos() / 1_000_000);
+        let lost = silent.div_ceil(20) * struck.iter().filter(|struck| **struck).count() as u64;
+        assert_eq!(count(&rig, "lost"), lost as f64, "{on} {boot:?}");
+        assert_eq!(bridges(&rig), struck.map(|struck| !struck), "{on}");
+        rig.open().unwrap();
+        rig.transfers(50, PERIOD, &[-0.1; 2]);
+        assert!(
+            rig.driver
+                .to_process()
+                .iter()
+                .all(|it| (it + 0.1).abs() < 1.6e-3)
+        );
+    }
+}
+
+/// The state of a bus that is saved during an outage goes on as the bus does.
+#[test]
+fn an_outage_is_restored() {
+    let mut config = config(2, ReadPattern::Read);
+    let kind = FaultKind::BrownOut { boot: None };
+    config.faults = faults("wire/dxl/joint1", 1_010, kind, 40);
+    let [mut rig, mut restored] = [(), ()].map(|()| harness(&config));
+    rig.open().unwrap();
+    rig.run_until(SimTime::ZERO + SimDuration::from_millis(1_200));
+    restored.driver.restore(&rig.driver.save()).unwrap();
+    restored.wire.restore(&rig.wire.save()).unwrap();
+    let joints = rig.joints.save();
+    restored.joints.restore(&joints).unwrap();
+    restored.now = rig.now;
+    for rig in [&mut rig, &mut restored] {
+        rig.transfers(40, PERIOD, &[0.2, -0.2]);
+    }
+    assert_eq!(rig.joints.inputs, restored.joints.inputs);
+    assert_eq!(rig.driver.to_process(), restored.driver.to_process());
+    let lost = [&rig, &restored].map(|rig| count(rig, "lost"));
+    assert!(lost[0] == lost[1] && lost[0] > 10.0, "{lost:?}");
+}
+
+#[test]
+fn two_faults_of_one_clock_are_refused() {
+    let mut config = config(2, ReadPattern::Read);
+    config.faults = faults("wire/dxl", 0, FaultKind::Drift { rate_ppb: 1_000 }, 10);
+    assert!(config.wire().is_ok());
+    let mut second = config.faults.faults[0].clone();
+    second.on += "/joint1";
+    config.faults.faults.push(second);
+    let error = config.wire().err().unwrap().to_string();
+    assert_eq!(
+        error,
+        "two faults `drift` act on the clock of wire/dxl/joint1; give one"
+    );
 }

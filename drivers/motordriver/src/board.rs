@@ -10,7 +10,7 @@ use twinrig_sbcp::{AnswerPolicy, SbcpError, Slave, SlaveConfig, SlaveEvent};
 use twinrig_wire::{Addresses, Node, Piece};
 
 use crate::clock_check::ClockCheck;
-use crate::config::{Attachment, BoardConfig, Generation};
+use crate::config::{Attachment, BoardConfig, FirmwareConfig, Generation};
 use crate::event_timing::EventTiming;
 use crate::firmware::{Firmware, TICK};
 use crate::registers::{Measured, MotorRegister, table};
@@ -31,7 +31,7 @@ const VOLTS_PER_DUTY: f64 = 24.0 / 32_768.0;
 /// The board of a free shaft reads `motor/cam/position` \[rad\], without bounds, and writes
 /// `motor/cam/voltage` and `motor/cam/bridge`; its second motor is not connected.
 ///
-/// Diagnostics, `sbcp/LF/…`, counted from power-on:
+/// Diagnostics, `sbcp/LF/…`, counted from the first power-on:
 ///
 /// - `missed_points`, `filled_steps`, `lost_points`, `watchdog_drops`: faults of the set-point
 ///   stream (thesis, section 5.3.3 and table 5.4); `saturated`: forces out of the sensor's range;
@@ -53,6 +53,7 @@ pub struct MotorBoard {
     /// Prefix of the diagnostics: `sbcp/LF`.
     prefix: String,
     attachment: Attachment,
+    firmware: FirmwareConfig,
     with_bytewise_reception: bool,
     signals: Signals,
     /// Registers of the measurements.
@@ -76,6 +77,15 @@ struct State {
     requests_taken: u64,
     saturated: u64,
     clock_check: ClockCheck,
+}
+
+/// Time from the return of the supply until a board works. ASSUMED.
+const BOOT_TIME: SimDuration = SimDuration::from_millis(50);
+
+/// Returns the end of the first complete tick after power-on.
+fn first_tick(clock: &BoardClock, power_on: SimTime) -> LocalTime {
+    let (shown, tick) = (clock.local_at(power_on).as_nanos(), TICK.as_nanos());
+    LocalTime::from_nanos((shown.div_euclid(tick) + 1) * tick)
 }
 
 /// Names and units of a board's diagnostics, without those of the request timing.
@@ -116,11 +126,7 @@ impl MotorBoard {
             low_latency_request: Some(COMMAND_LEN),
             ..SlaveConfig::new(CLASS_MOTORDRIVER)
         };
-        let clock = config.clock;
-        // The first complete tick after power-on.
-        let shown = clock.local_at(SimTime::ZERO).as_nanos();
-        let tick = TICK.as_nanos();
-        let next_tick = LocalTime::from_nanos((shown.div_euclid(tick) + 1) * tick);
+        let (clock, next_tick) = (config.clock, first_tick(&config.clock, SimTime::ZERO));
         let limits = config.position_limits;
         let scale = |n: usize| match config.attachment {
             Attachment::Leg { side } => Scale::new(Joint::ALL[n], side, limits[n]),
@@ -133,6 +139,7 @@ impl MotorBoard {
             id: config.id,
             prefix: format!("{bus}/{}", config.name),
             attachment: config.attachment,
+            firmware: config.firmware,
             with_bytewise_reception: false,
             signals: Signals::default(),
             state: State {
@@ -173,6 +180,17 @@ impl MotorBoard {
 }
 
 impl State {
+    /// Starts from the saved registers; the counters go on.
+    fn power_on(&mut self, now: SimTime, config: FirmwareConfig) {
+        self.slave.power_cycle();
+        let registers = self.slave.registers();
+        let limit = |motor| registers.get(MotorRegister::PositionLimit.address(motor));
+        let limits = [0, 1].map(|motor| limit(motor).unwrap_or_default());
+        self.firmware.power_cycle(config, limits);
+        self.next_tick = first_tick(&self.clock, now);
+        self.wake = self.clock.sim_at(self.next_tick);
+    }
+
     fn tick(
         &mut self,
         now: SimTime,
@@ -193,6 +211,16 @@ impl State {
         if calibrating {
             self.update_mode_registers();
         }
+        self.drive(duties, signals, plant)
+    }
+
+    /// Commands the bridges by the duties of the motors; `None` for an open bridge.
+    fn drive(
+        &mut self,
+        duties: [Option<i32>; 2],
+        signals: &Signals,
+        plant: &mut dyn PlantAccess,
+    ) -> Result<(), TaskError> {
         for (n, (duty, motor)) in duties.into_iter().zip(&signals.motors).enumerate() {
             let driven = duty.is_some();
             if let Some(duty) = duty {
@@ -383,6 +411,18 @@ impl Node for MotorBoard {
             return None;
         }
         self.state.slave.packet_address(spacing).map(Addresses::one)
+    }
+
+    fn boot_time(&self) -> Option<SimDuration> {
+        Some(BOOT_TIME)
+    }
+
+    fn power_off(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.state.drive([None; 2], &self.signals, plant)
+    }
+
+    fn power_on(&mut self, now: SimTime) {
+        self.state.power_on(now, self.firmware);
     }
 
     fn next_wake(&self) -> Option<SimTime> {

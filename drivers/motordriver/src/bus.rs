@@ -2,7 +2,7 @@ use twinrig_sbcp::{ControlledBus, ControllerConfig, FRAME_MAX, FRAMES, recipient
 use twinrig_wire::{Faulty, FaultyNode, Line, Node, Rs485, Traced, UsbSerial};
 
 use crate::board::MotorBoard;
-use crate::config::{BusConfig, BusTopology};
+use crate::config::{BoardConfig, BusConfig, BusTopology};
 use crate::driver::MotorDriver;
 use crate::error::BusError;
 
@@ -35,10 +35,14 @@ impl Bus {
             let place = config.board_place(&board.name);
             // Duplicated or delayed bytes may form one burst of two packets.
             let faulty = !config.faults.faults.is_empty();
-            let node = MotorBoard::new(&config.name, board)?
+            let board = BoardConfig {
+                clock: config.faults.clock(&place, board.clock)?,
+                ..board.clone()
+            };
+            let node = MotorBoard::new(&config.name, &board)?
                 .with_bytewise_reception(faulty)
                 .with_nominal_period(config.session.nominal_period());
-            nodes.push(if has_faults(config, &place) {
+            nodes.push(if config.faults.harms_board(&place) {
                 let faults = &config.faults;
                 Box::new(FaultyNode::framed(
                     &place,
@@ -85,16 +89,12 @@ impl Bus {
     }
 }
 
-fn has_faults(config: &BusConfig, place: &str) -> bool {
-    config.faults.faults.iter().any(|fault| fault.on == place)
-}
-
 fn with_faults(
     config: &BusConfig,
     place: &str,
     line: Box<dyn Line>,
 ) -> Result<Box<dyn Line>, BusError> {
-    if !has_faults(config, place) {
+    if !config.faults.harms(place) {
         return Ok(line);
     }
     let faulty = Faulty::framed(place, config.byte_time, &config.faults, Some(FRAMES), line)?;

@@ -38,6 +38,13 @@ impl Firmware {
         }
     }
 
+    /// Starts anew; the counters go on.
+    pub(crate) fn power_cycle(&mut self, config: FirmwareConfig, limits: [u16; 2]) {
+        let before = std::mem::replace(self, Self::new(config, limits));
+        self.smooth.continue_counts(before.smooth.counts());
+        self.watchdog.continue_drops(before.watchdog.drops());
+    }
+
     /// Receives the words of the set-points of both motors: positions \[counts\], which are
     /// limited to their ranges, or speeds.
     pub(crate) fn command(&mut self, goals: [u16; 2]) {

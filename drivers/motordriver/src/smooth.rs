@@ -147,6 +147,11 @@ impl Interpolator {
         self.counts
     }
 
+    /// Counts on from these counts.
+    pub(crate) fn continue_counts(&mut self, counts: SmoothCounts) {
+        self.counts = counts;
+    }
+
     /// Returns the present set-point.
     pub(crate) fn at(&self) -> Point {
         self.at

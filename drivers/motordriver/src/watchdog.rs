@@ -30,6 +30,11 @@ impl Watchdog {
         drop
     }
 
+    /// Counts on from this number of drops.
+    pub(crate) fn continue_drops(&mut self, drops: u64) {
+        self.drops = drops;
+    }
+
     /// Returns the number of times that the motors were dropped.
     pub(crate) fn drops(&self) -> u64 {
         self.drops

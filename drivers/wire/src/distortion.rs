@@ -188,14 +188,29 @@ impl Distortion {
     fn is_unplugged(&mut self, at: SimTime) -> bool {
         let mut unplugged = false;
         for (index, fault) in self.faults.iter().enumerate() {
-            if matches!(fault.kind, FaultKind::Unplug { .. })
-                && self.selection.is_active(index, fault, at)
-            {
+            // A loss of the supply is counted by `count_outages`.
+            let (interrupts, counts) = match fault.kind {
+                FaultKind::Unplug { .. } => (true, true),
+                FaultKind::BrownOut { .. } => (true, false),
+                _ => (false, false),
+            };
+            if interrupts && self.selection.is_active(index, fault, at) {
                 unplugged = true;
-                self.selection.count(index);
+                if counts {
+                    self.selection.count(index);
+                }
             }
         }
         unplugged
+    }
+
+    /// Counts an effect of the faults of the supply that hold at `at`.
+    pub(crate) fn count_outages(&mut self, at: SimTime) {
+        for (index, fault) in self.faults.iter().enumerate() {
+            if matches!(fault.kind, FaultKind::BrownOut { .. }) && fault.holds(at) {
+                self.selection.count(index);
+            }
+        }
     }
 
     fn begin_burst(&mut self, at: SimTime) {

@@ -59,9 +59,30 @@ pub enum WireError {
         /// Known kinds.
         known: String,
     },
-    /// A fault that does not act on frames chooses some, or a phase.
+    /// A board with a fault of its supply that does not model a loss of it.
+    #[error("the board at {on} does not model a loss of its supply; unplug it instead")]
+    Supply {
+        /// Place of the board.
+        on: String,
+    },
+    /// Two faults of one clock.
+    #[error("two faults `drift` act on the clock of {on}; give one")]
+    Drifts {
+        /// Place of the board.
+        on: String,
+    },
+    /// A fault of a clock exceeds its range.
+    #[error("fault `drift` on {on}: {source}")]
+    Drift {
+        /// Place of the board.
+        on: String,
+        /// Cause.
+        source: BoardClockError,
+    },
+    /// A fault that acts on all bytes selects some.
     #[error(
-        "a fault `{kind}` on {on} acts in a window of time only: give neither frames nor phase"
+        "a fault `{kind}` on {on} acts in a window of time only: give neither frames nor phase, \
+         nor, if it acts on boards, a direction"
     )]
     Selection {
         /// Place of the fault.

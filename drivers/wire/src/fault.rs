@@ -1,7 +1,7 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_kernel::{BoardClock, SimDuration, SimTime};
 use twinrig_runtime::{FaultKind, FaultSelection, FrameCount};
 
 use crate::WireError;
@@ -9,7 +9,7 @@ use crate::WireError;
 /// Temporary fault of a transport. Plain data; its `Display` is a `[[fault]]` table of a scenario.
 ///
 /// ```
-/// use twinrig_kernel::{SimDuration, SimTime};
+/// use twinrig_kernel::{BoardClock, SimDuration, SimTime};
 /// use twinrig_wire::{Fault, FaultKind, FaultSelection, FrameChoice, FrameCount};
 ///
 /// let fault = Fault {
@@ -56,11 +56,65 @@ pub struct FaultSchedule {
     pub seed: u64,
 }
 
+impl FaultSchedule {
+    /// Whether faults harm the bytes on the line at a place.
+    pub fn harms(&self, place: &str) -> bool {
+        self.faults.iter().any(|fault| fault.harms(place))
+    }
+
+    /// Whether faults harm the bytes at the stub of the board at a place, or its supply: it is to
+    /// be a [`crate::FaultyNode`].
+    pub fn harms_board(&self, place: &str) -> bool {
+        let fails = |fault: &Fault| {
+            fault.strikes(place) && matches!(fault.kind, FaultKind::BrownOut { .. })
+        };
+        let mut faults = self.faults.iter();
+        faults.any(|fault| fault.harms(place) || fails(fault))
+    }
+
+    /// Returns the clock of the board at a place with its faults.
+    ///
+    /// # Errors
+    /// [`WireError::Drifts`] if there are two of them, [`WireError::Drift`] if its rate is then out
+    /// of range.
+    pub fn clock(&self, place: &str, clock: BoardClock) -> Result<BoardClock, WireError> {
+        let mut struck = clock;
+        let mut any = false;
+        for fault in self.faults.iter().filter(|fault| fault.strikes(place)) {
+            let FaultKind::Drift { rate_ppb } = fault.kind else {
+                continue;
+            };
+            fault.check()?;
+            let on = || place.to_owned();
+            if any {
+                return Err(WireError::Drifts { on: on() });
+            }
+            any = true;
+            struck = clock
+                .with_drift(fault.at, fault.until(), rate_ppb)
+                .map_err(|source| WireError::Drift { on: on(), source })?;
+        }
+        Ok(struck)
+    }
+}
+
 impl Fault {
     /// End time.
     pub fn until(&self) -> SimTime {
         let end = self.at.checked_add(self.lasts);
         end.unwrap_or(SimTime::MAX)
+    }
+
+    /// Whether the fault harms the bytes at a place.
+    fn harms(&self, place: &str) -> bool {
+        self.on == place && !self.kind.acts_on_boards()
+    }
+
+    /// Whether the fault acts on the board at a place: on it alone, or on all boards of its bus.
+    pub(crate) fn strikes(&self, place: &str) -> bool {
+        let rest = place.strip_prefix(self.on.as_str());
+        let is_here = rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+        is_here && self.kind.acts_on_boards()
     }
 
     /// Whether the fault is active at `now`.
@@ -84,7 +138,9 @@ impl Fault {
     pub(crate) fn check(&self) -> Result<(), WireError> {
         let on = || self.on.clone();
         let select = &self.select;
-        if !self.kind.selects() && (select.frames.is_some() || select.phase.is_some()) {
+        let directed = self.kind.acts_on_boards() && select.direction.is_some();
+        let chosen = select.frames.is_some() || select.phase.is_some();
+        if directed || (chosen && !self.kind.selects()) {
             return Err(WireError::Selection {
                 on: on(),
                 kind: self.kind.name(),
@@ -132,6 +188,12 @@ impl fmt::Display for Fault {
             FaultKind::Delay { by } => writeln!(f, "by = {}", Quantity(by.as_nanos()))?,
             FaultKind::Unplug { fails: true } => writeln!(f, "fails = true")?,
             FaultKind::Babble { pause } => writeln!(f, "pause = {}", Quantity(pause.as_nanos()))?,
+            FaultKind::BrownOut { boot: Some(boot) } => {
+                writeln!(f, "boot = {}", Quantity(boot.as_nanos()))?;
+            }
+            FaultKind::Drift { rate_ppb } => {
+                writeln!(f, "clock = \"{} ppm\"", *rate_ppb as f64 * 1e-3)?;
+            }
             _ => {}
         }
         let select = &self.select;

@@ -3,16 +3,18 @@ use twinrig_runtime::{BusHealth, DriverPhase, Part, PlantAccess, TaskError};
 
 use crate::channel::Channel;
 use crate::distortion::Distortion;
+use crate::outages::Outages;
 use crate::{FaultSchedule, FrameReader, Node, Piece, WireError, earlier};
 
-/// Node with faults on its stub, in both directions. The rest of the bus has none, but receives the
-/// altered transmissions.
+/// Node with faults on its stub, in both directions, and of its supply. The rest of the bus has
+/// none, but receives the altered transmissions.
 pub struct FaultyNode<N> {
     on: String,
     byte_time: SimDuration,
     node: N,
     rx: Distortion,
     tx: Distortion,
+    outages: Outages,
     /// End of the last transmission.
     free_at: SimTime,
     /// Transmission just polled from the node.
@@ -27,7 +29,8 @@ impl<N: Node> FaultyNode<N> {
     /// delayed, lost or added.
     ///
     /// # Errors
-    /// [`WireError`] if a fault is invalid or `byte_time` is zero.
+    /// [`WireError`] if a fault is invalid or `byte_time` is zero, or if its supply fails and it does
+    /// not model that ([`Node::boot_time`]).
     pub fn new(
         on: &str,
         byte_time: SimDuration,
@@ -49,13 +52,19 @@ impl<N: Node> FaultyNode<N> {
         frames: Option<FrameReader>,
         node: N,
     ) -> Result<Self, WireError> {
-        let distortion = |channel| Distortion::new(on, channel, byte_time, schedule, frames);
+        let boot = node.boot_time();
+        let (outages, schedule) = Outages::of(on, schedule, boot.unwrap_or_default());
+        if boot.is_none() && !outages.is_empty() {
+            return Err(WireError::Supply { on: on.to_owned() });
+        }
+        let distortion = |channel| Distortion::new(on, channel, byte_time, &schedule, frames);
         let mut faulty = Self {
             on: on.to_owned(),
             byte_time,
             node,
             rx: distortion(Channel::NODE_RX)?,
             tx: distortion(Channel::NODE_TX)?,
+            outages,
             free_at: SimTime::ZERO,
             bytes: Vec::new(),
             wake: None,
@@ -74,8 +83,44 @@ impl<N: Node> FaultyNode<N> {
             self.rx.next_byte(),
             min_bytes_needed,
             self.tx.next_event(),
+            self.outages.next(),
         ];
         self.wake = events.into_iter().flatten().min();
+    }
+
+    /// Lets the node work up to `now`.
+    fn advance_node(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        self.node.advance(now, plant)?;
+        loop {
+            self.bytes.clear();
+            let Some(start) = self.node.poll_transmit(&mut self.bytes) else {
+                return Ok(());
+            };
+            let piece = Piece {
+                first: start.max(now).max(self.free_at) + self.byte_time,
+                spacing: self.byte_time,
+                bytes: &self.bytes,
+                framing_error: false,
+            };
+            if !piece.bytes.is_empty() {
+                self.free_at = piece.last();
+                self.tx.pass(piece);
+            }
+        }
+    }
+
+    /// Switches the supply as is due at `now`.
+    fn switch(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        while let Some(at) = self.outages.next().filter(|at| *at <= now) {
+            if self.outages.is_off() {
+                self.node.power_on(at);
+            } else {
+                self.node.power_off(plant)?;
+                self.tx.count_outages(at);
+            }
+            self.outages.passed += 1;
+        }
+        Ok(())
     }
 }
 
@@ -120,11 +165,13 @@ impl<N: Node> Part for FaultyNode<N> {
 
     fn save(&self) -> Snapshot {
         let (rx, tx) = (self.rx.save(), self.tx.save());
-        Snapshot::of(&(self.free_at, rx, tx, self.node.save()))
+        Snapshot::of(&(self.free_at, self.outages.passed, rx, tx, self.node.save()))
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let (free_at, rx, tx, node): (_, Snapshot, Snapshot, Snapshot) = snapshot.read()?;
+        let (free_at, passed, rx, tx, node): (_, _, Snapshot, Snapshot, Snapshot) =
+            snapshot.read()?;
+        self.outages.passed = passed;
         self.rx.restore(&rx)?;
         self.tx.restore(&tx)?;
         self.free_at = free_at;
@@ -146,7 +193,12 @@ impl<N: Node> Node for FaultyNode<N> {
     }
 
     fn next_wake(&self) -> Option<SimTime> {
-        earlier(self.wake, self.node.next_wake())
+        let of_node = if self.outages.is_off() {
+            None
+        } else {
+            self.node.next_wake()
+        };
+        earlier(self.wake, of_node)
     }
 
     fn min_bytes_needed(&self) -> Option<usize> {
@@ -157,23 +209,10 @@ impl<N: Node> Node for FaultyNode<N> {
         self.rx.process_until(now);
         let node = &mut self.node;
         self.rx.take(now, |piece| node.receive(piece));
-        self.node.advance(now, plant)?;
-        loop {
-            self.bytes.clear();
-            let Some(start) = self.node.poll_transmit(&mut self.bytes) else {
-                break;
-            };
-            let piece = Piece {
-                first: start.max(now).max(self.free_at) + self.byte_time,
-                spacing: self.byte_time,
-                bytes: &self.bytes,
-                framing_error: false,
-            };
-            if !piece.bytes.is_empty() {
-                self.free_at = piece.last();
-                self.tx.pass(piece);
-            }
+        if !self.outages.is_off() {
+            self.advance_node(now, plant)?;
         }
+        self.switch(now, plant)?;
         self.tx.process_until(now);
         self.update_wake();
         Ok(())

@@ -64,7 +64,9 @@ impl FrameSelection {
         reader: Option<FrameReader>,
     ) -> Result<(Vec<Fault>, Self), WireError> {
         let here = schedule.faults.iter().enumerate();
-        let here: Vec<(usize, &Fault)> = here.filter(|(_, fault)| fault.on == on).collect();
+        let here: Vec<(usize, &Fault)> = here
+            .filter(|(_, fault)| channel.reaches(on, fault))
+            .collect();
         here.iter().try_for_each(|(_, fault)| fault.check())?;
         let reads = here.iter().any(|(_, fault)| fault.select.frames.is_some());
         let acts = |fault: &Fault| {

@@ -132,6 +132,7 @@ mod node_slot;
 mod node_wakes;
 mod noise;
 #[cfg(target_os = "linux")]
+mod outages;
 mod port;
 mod port_info;
 #[cfg(target_os = "linux")]

@@ -38,6 +38,27 @@ pub trait Node: Part {
         None
     }
 
+    /// Returns the time from the return of its supply until the node works again; none, the default,
+    /// if it does not model a loss of it. Constant.
+    fn boot_time(&self) -> Option<SimDuration> {
+        None
+    }
+
+    /// Loses its supply: it opens the bridges of its motors, and forgets all but its non-volatile
+    /// memory. Until [`Node::power_on`] nothing else is called but queries and snapshots.
+    ///
+    /// # Errors
+    /// [`TaskError`] if the plant fails.
+    fn power_off(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        let _ = plant;
+        Ok(())
+    }
+
+    /// Begins to work at `now`, from its non-volatile memory.
+    fn power_on(&mut self, now: SimTime) {
+        let _ = now;
+    }
+
     /// Returns the time of the next call of [`Node::advance`] that the node requires.
     fn next_wake(&self) -> Option<SimTime>;
 

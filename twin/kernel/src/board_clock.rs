@@ -3,7 +3,8 @@ use thiserror::Error;
 
 use crate::{LocalDuration, LocalTime, SimDuration, SimTime};
 
-/// Clock of a board: offset at the start, rate error and bounded random wander.
+/// Clock of a board: offset at the start, rate error, another rate in a window of time, and bounded
+/// random wander.
 ///
 /// At physical time `t` its reading is `offset + t·(1 + rate) + wander(t)`, rounded down to the
 /// nanosecond, in exact integer arithmetic: it is monotonic, and [`BoardClock::sim_at`] inverts it.
@@ -21,7 +22,16 @@ use crate::{LocalDuration, LocalTime, SimDuration, SimTime};
 pub struct BoardClock {
     offset_ns: i64,
     rate_ppb: i64,
+    drift: Option<Drift>,
     wander: Option<Wander>,
+}
+
+/// Change of the rate in a window of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Drift {
+    from: SimTime,
+    until: SimTime,
+    rate_ppb: i64,
 }
 
 /// Slow, bounded, random phase error: linear interpolation between knots `period` apart, each knot
@@ -66,6 +76,7 @@ impl BoardClock {
     pub const IDEAL: Self = Self {
         offset_ns: 0,
         rate_ppb: 0,
+        drift: None,
         wander: None,
     };
 
@@ -80,7 +91,34 @@ impl BoardClock {
         Ok(Self {
             offset_ns: offset.as_nanos(),
             rate_ppb,
+            drift: None,
             wander: None,
+        })
+    }
+
+    /// The same clock, which gains further `rate_ppb` nanoseconds per second from `from` until
+    /// `until`, and keeps what it has gained. It replaces an earlier window.
+    ///
+    /// # Errors
+    /// [`BoardClockError::Rate`] if the rate in the window is not within ± 500 000 000 ppb.
+    pub fn with_drift(
+        self,
+        from: SimTime,
+        until: SimTime,
+        rate_ppb: i64,
+    ) -> Result<Self, BoardClockError> {
+        let sum = self.rate_ppb.saturating_add(rate_ppb);
+        if !(-RATE_PPB_MAX..=RATE_PPB_MAX).contains(&sum) {
+            return Err(BoardClockError::Rate { rate_ppb: sum });
+        }
+        let drift = Drift {
+            from,
+            until: until.max(from),
+            rate_ppb,
+        };
+        Ok(Self {
+            drift: Some(drift),
+            ..self
         })
     }
 
@@ -170,16 +208,22 @@ impl BoardClock {
         ))
     }
 
-    /// Returns `offset + t·(1 + rate)`, rounded down.
+    /// Returns the reading without wander, rounded down.
     fn steady(&self, sim: i128) -> i128 {
-        i128::from(self.offset_ns)
-            + (sim * (BILLION + i128::from(self.rate_ppb))).div_euclid(BILLION)
+        let mut shown = sim * (BILLION + i128::from(self.rate_ppb));
+        if let Some(drift) = self.drift {
+            shown += drift.gain(sim);
+        }
+        i128::from(self.offset_ns) + shown.div_euclid(BILLION)
     }
 
     /// Returns the first time at which `steady` is `local` or later.
     fn steady_inverse(&self, local: i128) -> i128 {
         let since = local - i128::from(self.offset_ns);
         let rate = BILLION + i128::from(self.rate_ppb);
+        if let Some(drift) = self.drift {
+            return drift.inverse(since * BILLION, rate);
+        }
         // Every tick of a board computes it; two divisions of 64 bits take half the time of one of
         // 128 bits. The product is below 2⁶³, since the rate is below 2·10⁹.
         if let (Ok(since), Ok(rate)) = (i64::try_from(since), i64::try_from(rate)) {
@@ -193,6 +237,32 @@ impl BoardClock {
     /// Returns the reading at a knot of the wander.
     fn knot(&self, wander: Wander, number: i128) -> i128 {
         self.steady(number * i128::from(wander.period_ns)) + wander.phase(number)
+    }
+}
+
+impl Drift {
+    /// Returns the gain up to `sim` \[10⁻⁹ ns\].
+    fn gain(self, sim: i128) -> i128 {
+        let from = i128::from(self.from.as_nanos());
+        let until = i128::from(self.until.as_nanos());
+        (sim.clamp(from, until) - from) * i128::from(self.rate_ppb)
+    }
+
+    /// Returns the first time at which a clock of this rate \[ppb\] outside the window has gained
+    /// `shown` \[10⁻⁹ ns\].
+    fn inverse(self, shown: i128, rate: i128) -> i128 {
+        let from = i128::from(self.from.as_nanos());
+        let until = i128::from(self.until.as_nanos());
+        let in_window = rate + i128::from(self.rate_ppb);
+        let at_from = from * rate;
+        let at_until = at_from + (until - from) * in_window;
+        if shown <= at_from {
+            div_ceil(shown, rate)
+        } else if shown <= at_until {
+            from + div_ceil(shown - at_from, in_window)
+        } else {
+            until + div_ceil(shown - at_until, rate)
+        }
     }
 }
 
@@ -231,9 +301,15 @@ mod tests {
 
     fn any_clock() -> impl Strategy<Value = BoardClock> {
         let wander = prop::option::of((0_i64..2_000, 16_000_u64..2_000_000, any::<u64>()));
-        let rate = prop_oneof![-RATE_PPB_MAX..=RATE_PPB_MAX, -100_000_i64..100_000, Just(0)];
-        (-1_000_000_000_i64..1_000_000_000, rate, wander).prop_map(|(offset, rate, wander)| {
-            let clock = BoardClock::new(LocalDuration::from_nanos(offset), rate).unwrap();
+        let any_rate = || prop_oneof![-RATE_PPB_MAX..=RATE_PPB_MAX, -100_000_i64..100_000, Just(0)];
+        let drift = prop::option::of((any_time(), any_time(), any_rate()));
+        let offset = -1_000_000_000_i64..1_000_000_000;
+        (offset, any_rate(), drift, wander).prop_map(|(offset, rate, drift, wander)| {
+            let mut clock = BoardClock::new(LocalDuration::from_nanos(offset), rate).unwrap();
+            if let Some((from, lasts, in_window)) = drift {
+                let (from, until) = (SimTime::from_nanos(from), SimTime::from_nanos(from + lasts));
+                clock = clock.with_drift(from, until, in_window - rate).unwrap();
+            }
             match wander {
                 None => clock,
                 Some((amplitude, period, seed)) => clock
@@ -291,8 +367,32 @@ mod tests {
     }
 
     #[test]
+    fn drift_in_a_window_is_kept() {
+        let second = |n: u64| SimTime::from_nanos(n * 1_000_000_000);
+        let clock = BoardClock::new(LocalDuration::ZERO, 10_000).unwrap();
+        let clock = clock.with_drift(second(2), second(5), 200_000).unwrap();
+        // 10 µs a second, and 200 µs in each of three seconds.
+        for (at, gained) in [
+            (1, 10_000),
+            (2, 20_000),
+            (3, 230_000),
+            (5, 650_000),
+            (9, 690_000),
+        ] {
+            let shown = clock.local_at(second(at));
+            assert_eq!(
+                shown.as_nanos() - 1_000_000_000 * at as i64,
+                gained,
+                "{at} s"
+            );
+        }
+    }
+
+    #[test]
     fn non_monotonic_clocks_are_rejected() {
         assert!(BoardClock::new(LocalDuration::ZERO, -1_000_000_000).is_err());
+        let nearly = BoardClock::new(LocalDuration::ZERO, -RATE_PPB_MAX).unwrap();
+        assert!(nearly.with_drift(SimTime::ZERO, SimTime::MAX, -1).is_err());
         let wander = |amplitude, period| {
             BoardClock::IDEAL.with_wander(
                 LocalDuration::from_nanos(amplitude),

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimDuration;
 
-/// Kind of a fault. A *burst* is a sequence of bytes with pauses of at most one byte time; a fault
+/// Kind of a fault of a wire, or of the boards on it. A *burst* is a sequence of bytes with pauses of at most one byte time; a fault
 /// affects a burst as a whole if its first byte is complete while the fault is active. Flip,
 /// unplug, stuck and babble affect single bytes.
 ///
@@ -50,15 +50,33 @@ pub enum FaultKind {
         /// Pauses between the bursts are uniform in 0 to twice this duration; 0: none.
         pause: SimDuration,
     },
+    /// The supply of boards fails for the length of the fault. They release their motors, neither
+    /// receive nor transmit, and then boot: registers have their values at power-on, the stored
+    /// ones where they are non-volatile.
+    BrownOut {
+        /// Time to boot; none for that of the board.
+        boot: Option<SimDuration>,
+    },
+    /// The clocks of boards run at another rate.
+    Drift {
+        /// Change of the rate \[ppb\].
+        rate_ppb: i64,
+    },
 }
 
 impl FaultKind {
+    /// Returns whether the fault acts on boards instead of bytes: of a whole bus, on all of them.
+    pub const fn acts_on_boards(&self) -> bool {
+        matches!(self, Self::BrownOut { .. } | Self::Drift { .. })
+    }
+
     /// Returns whether the fault acts on bytes that pass, so that it may select a phase and frames.
     pub const fn selects(&self) -> bool {
-        !matches!(
-            self,
-            Self::Unplug { fails: true } | Self::Stuck | Self::Babble { .. }
-        )
+        !self.acts_on_boards()
+            && !matches!(
+                self,
+                Self::Unplug { fails: true } | Self::Stuck | Self::Babble { .. }
+            )
     }
 
     /// Returns the name in a scenario.
@@ -72,6 +90,8 @@ impl FaultKind {
             Self::Unplug { .. } => "unplug",
             Self::Stuck => "stuck",
             Self::Babble { .. } => "babble",
+            Self::BrownOut { .. } => "brown-out",
+            Self::Drift { .. } => "drift",
         }
     }
 }

@@ -202,11 +202,16 @@ impl<D: Driver, W: Wire> WiredHarness<D, W> {
 
     /// Transfers commands, and returns the duration.
     pub fn transfer(&mut self, commands: &[f64]) -> SimDuration {
+        self.try_transfer(commands).unwrap()
+    }
+
+    /// Transfers commands, and returns the duration, or the failure of the driver.
+    pub fn try_transfer(&mut self, commands: &[f64]) -> Result<SimDuration, String> {
         let start = self.now;
         self.wire.begin_phase(self.now, DriverPhase::Transfer);
         self.driver.begin(self.host(), commands);
-        self.run_until_idle().unwrap();
-        self.now - start
+        self.run_until_idle()?;
+        Ok(self.now - start)
     }
 
     /// Transfers the same commands once in each period.

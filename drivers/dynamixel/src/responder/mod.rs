@@ -81,6 +81,25 @@ pub struct ResponderCounters {
     pub framing_errors: u64,
 }
 
+impl State {
+    fn new(protocol: ProtocolVersion) -> Self {
+        Self {
+            parser: Parser::new(protocol),
+            received: None,
+            registered: None,
+            turn: None,
+            common: Vec::new(),
+            slot: None,
+            clears_turns: false,
+            restarts: false,
+            pending: VecDeque::new(),
+            bytes: Vec::new(),
+            transmitted: SimTime::ZERO,
+            counters: ResponderCounters::default(),
+        }
+    }
+}
+
 impl Responder {
     /// Creates the side of a servo with this identifier on a bus where a byte takes `byte_time`.
     pub fn new(model: &'static ServoModel, id: u8, byte_time: SimDuration) -> Self {
@@ -89,20 +108,7 @@ impl Responder {
         Self {
             registers,
             byte_time,
-            state: State {
-                parser: Parser::new(model.protocol),
-                received: None,
-                registered: None,
-                turn: None,
-                common: Vec::new(),
-                slot: None,
-                clears_turns: false,
-                restarts: false,
-                pending: VecDeque::new(),
-                bytes: Vec::new(),
-                transmitted: SimTime::ZERO,
-                counters: ResponderCounters::default(),
-            },
+            state: State::new(model.protocol),
             data: Vec::new(),
         }
     }
@@ -135,6 +141,17 @@ impl Responder {
     /// Returns whether the servo has restarted since the last call, for the firmware.
     pub fn take_restart(&mut self) -> bool {
         std::mem::take(&mut self.state.restarts)
+    }
+
+    /// Cycles the power: registers restart, and received bytes, pending answers and turns are
+    /// forgotten; the counters remain.
+    pub fn power_cycle(&mut self) {
+        self.registers.restart();
+        let initial = State::new(self.protocol());
+        let before = std::mem::replace(&mut self.state, initial);
+        self.state.counters = before.counters;
+        self.state.parser = before.parser;
+        self.state.parser.reset();
     }
 
     fn protocol(&self) -> ProtocolVersion {

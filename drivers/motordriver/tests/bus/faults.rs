@@ -18,10 +18,14 @@ fn tolerant(faults: Vec<Fault>) -> BusConfig {
 }
 
 fn unplugged(on: &str, at: SimTime, lasts: SimDuration) -> Fault {
+    fault(on, at, FaultKind::Unplug { fails: false }, lasts)
+}
+
+fn fault(on: &str, at: SimTime, kind: FaultKind, lasts: SimDuration) -> Fault {
     Fault {
         at,
         on: on.into(),
-        kind: FaultKind::Unplug { fails: false },
+        kind,
         lasts,
         select: FaultSelection::default(),
     }
@@ -225,5 +229,50 @@ proptest! {
             let position = harness.task.to_process()[8 * n];
             prop_assert!((position - 0.2).abs() < 0.02, "{leg}: {position}");
         }
+    }
+}
+
+/// A board whose supply fails is silent until it has booted; then it answers and coasts, since its
+/// gains and modes are at their values at power-on.
+#[test]
+fn board_coasts_after_a_brown_out_until_it_is_opened_again() {
+    for (on, boards) in [("wire/sbcp/RF", 1.0), ("wire/sbcp", 4.0)] {
+        let from = AT + millis(1);
+        let kind = FaultKind::BrownOut { boot: None };
+        let config = tolerant(vec![fault(on, from, kind, millis(20))]);
+        let mut harness = run(&config).unwrap();
+        // 20 ms and 50 ms to boot are 35 cycles.
+        assert_eq!(harness.diagnostic("sbcp/errors"), 35.0 * boards, "{on}");
+        // Voltage and bridge of hip and knee of each leg.
+        let driven = |harness: &Harness| [1, 3, 5, 7].map(|n| harness.plant.inputs[2 * n + 1]);
+        let [lf, rf, ..] = driven(&harness);
+        assert_eq!((lf, rf), (f64::from(boards < 2.0), 0.0), "{on}");
+        harness.open().unwrap();
+        let to = harness.now() + millis(200);
+        harness.run_cycles(millis(2), to, |_| [0.2; 8]).unwrap();
+        assert_eq!(driven(&harness), [1.0; 4], "{on}");
+    }
+}
+
+/// The interpolator fills or misses a step for each tick that the clock of its board loses or gains
+/// on that of the host: 2 % of 500 ms, ten.
+#[test]
+fn drift_of_a_clock_is_filled_or_missed_steps_of_its_board() {
+    for (percent, steps) in [(2, -10.0), (-2, 10.0)] {
+        let rate_ppb = percent * 10_000_000;
+        let drift = fault(
+            "wire/sbcp/RF",
+            AT,
+            FaultKind::Drift { rate_ppb },
+            millis(500),
+        );
+        let harness = run(&tolerant(vec![drift])).unwrap();
+        let gained = |board: &str| {
+            let count = |name: &str| harness.diagnostic(&format!("sbcp/{board}/{name}"));
+            count("filled_steps") - count("missed_points")
+        };
+        // A step of the phase of the tick and the period at each end.
+        assert!((gained("RF") - steps).abs() <= 2.0, "{}", gained("RF"));
+        assert!(gained("LF").abs() <= 2.0, "{}", gained("LF"));
     }
 }

@@ -1,6 +1,6 @@
 //! Buses and direct connections between controller and plant.
 
-use twinrig_document::suggestion;
+use twinrig_document::{DocumentError, suggestion};
 use twinrig_kernel::{Direction, Port};
 use twinrig_runtime::{BusHealth, DirectIo, IoTask, Process, RigError, WiredTask};
 use twinrig_scenario::{BusSpec, FaultSpec, Scenario, matches};
@@ -111,6 +111,9 @@ impl PartBuilder<'_> {
             };
             if known {
                 check_message(bus, kind, fault)?;
+                if fault.kind.acts_on_boards() && !kind.has_boards_at(place, &boards) {
+                    return Err(no_boards(fault).into());
+                }
                 continue;
             }
             if places.is_empty() && !kind.has_faults() {
@@ -182,6 +185,15 @@ fn check_message(bus: &BusSpec, kind: &BusKind, fault: &FaultSpec) -> Result<(),
         suggestion(&after.value, "messages", messages)
     };
     Err(after.error(message, help).into())
+}
+
+/// Reports a fault of boards where there are none that have it.
+fn no_boards(fault: &FaultSpec) -> DocumentError {
+    let (kind, on) = (fault.kind.name(), &fault.on.value);
+    let message = format!("no board at `{on}` has a fault `{kind}`");
+    let help = "boards on buses of `sbcp`, `dynamixel` and `feetech` have it: one of them, or all \
+                by the name of the bus; elsewhere use `unplug`";
+    fault.on.error(message, help)
 }
 
 /// Returns the faults of a scenario without an effect on the bus of this name, which has this

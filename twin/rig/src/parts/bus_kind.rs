@@ -153,6 +153,7 @@ pub struct BusKind {
     options: Vec<OptionSpec>,
     /// Whether the wire supports faults on the whole bus.
     faults: bool,
+    board_faults: bool,
     places: Vec<String>,
     measured: Measured,
     mount: Mount,
@@ -178,6 +179,7 @@ impl BusKind {
             about: about.into(),
             options: Vec::new(),
             faults: false,
+            board_faults: false,
             places: Vec::new(),
             measured: Box::new(|_| Vec::new()),
             mount: Box::new(|_| None),
@@ -277,6 +279,15 @@ impl BusKind {
         self
     }
 
+    /// Enables faults of boards ([`twinrig_runtime::FaultKind::acts_on_boards`]) on the whole bus,
+    /// and at the places that have a `*`: the wire applies [`FaultSchedule::clock`] and
+    /// [`FaultSchedule::harms_board`].
+    #[must_use]
+    pub fn with_board_faults(mut self) -> Self {
+        self.board_faults = true;
+        self
+    }
+
     /// Declares the plant signals that the boards measure, as patterns derived from the options by
     /// `measured`. These signals are computed even if no part reads the measurements.
     #[must_use]
@@ -361,6 +372,14 @@ impl BusKind {
     /// Returns whether faults on the whole bus are supported.
     pub(crate) fn has_faults(&self) -> bool {
         self.faults
+    }
+
+    /// Returns whether there is a board with faults of its own at a place, or are boards on the
+    /// whole bus, an empty place, in a scene with these legs and motors.
+    pub(crate) fn has_boards_at(&self, place: &str, legs: &[&str]) -> bool {
+        let mut of_boards = self.places.iter().filter(|pattern| pattern.contains('*'));
+        let is_board = |pattern: &String| legs.iter().any(|leg| pattern.replace('*', leg) == place);
+        self.board_faults && (place.is_empty() || of_boards.any(is_board))
     }
 
     /// Returns the places of faults for a scene with these legs and motors.

@@ -50,6 +50,7 @@ pub(crate) fn kind() -> BusKind {
     let kind = BusKind::new("sbcp", about, driver, wire)
         .at_baud(BAUD)
         .with_faults()
+        .with_board_faults()
         .with_place("link")
         .with_place("*")
         .with_decoder(|_, direction| decoder(direction))

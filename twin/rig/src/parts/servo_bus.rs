@@ -73,6 +73,7 @@ fn kind(name: &str, about: &str, models: Models) -> BusKind {
                 .unwrap_or(BAUD)
         })
         .with_faults()
+        .with_board_faults()
         .with_decoder(move |options, direction| decoder(protocol(models, options), direction))
         .with_frames(move |options| protocol(models, options).frames())
         .measuring(move |_| measured.to_vec());

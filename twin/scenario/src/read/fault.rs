@@ -24,6 +24,8 @@ pub(super) enum FaultName {
     Unplug,
     Stuck,
     Babble,
+    BrownOut,
+    Drift,
 }
 
 impl Words for FaultName {
@@ -36,14 +38,18 @@ impl Words for FaultName {
         ("unplug", FaultName::Unplug),
         ("stuck", FaultName::Stuck),
         ("babble", FaultName::Babble),
+        ("brown-out", FaultName::BrownOut),
+        ("drift", FaultName::Drift),
     ];
 }
 
+/// Greatest change of the rate of a clock, that of the option `clock` of buses.
+const DRIFT_MAX: f64 = 0.1;
 const PROBABILITY: Type<f64> = quantity(Unit::One, Range::between(0.0, 1.0));
 
 table! {
     /// Keys of `[[fault]]`.
-    pub(super) fault_table = TableSpec::new("[[fault]]", "fault of a wire").selected_by("kind");
+    pub(super) fault_table = TableSpec::new("[[fault]]", "fault of a wire, or of boards on it").selected_by("kind");
     AT: () = "at", contextual(Shape::One(Accepts::Duration)), "begin", r#"at = "1 s""#,
         default("'0 s'");
     FOR: SimDuration = "for", Type::POSITIVE_DURATION, "length", r#"for = "90 ms""#,
@@ -63,6 +69,12 @@ table! {
         r#"kind = "unplug", fails = true"#, default("false"), only_with(&["unplug"]);
     PAUSE: SimDuration = "pause", Type::DURATION, "mean pause between bursts",
         r#"kind = "babble", pause = "5 ms""#, default("'0 s'"), only_with(&["babble"]);
+    BOOT: SimDuration = "boot", Type::DURATION, "time that boards take to boot",
+        r#"kind = "brown-out", boot = "200 ms""#, otherwise("that of the board"),
+        only_with(&["brown-out"]);
+    CLOCK: f64 = "clock", quantity(Unit::One, Range::between(-DRIFT_MAX, DRIFT_MAX)),
+        "change of the rate of the clock of boards", r#"kind = "drift", clock = "200 ppm""#,
+        required(), only_with(&["drift"]);
     DIRECTION: Direction = "direction", choice(),
         "direction of the bytes: `out` from the host to the boards, `in` from these",
         r#"direction = "in""#, otherwise("both");
@@ -120,7 +132,8 @@ impl Words for Phase {
 /// Reads `[[fault]]`.
 pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Reported> {
     use fault_table::{
-        AT, BY, DIRECTION, FAILS, FOR, KIND, ON, ON_FRAME, PAUSE, PHASE, PROBABILITY, RATE,
+        AT, BOOT, BY, CLOCK, DIRECTION, FAILS, FOR, KIND, ON, ON_FRAME, PAUSE, PHASE, PROBABILITY,
+        RATE,
     };
     let table = &item.table()?;
     let table = fault_table::TABLE.of(table);
@@ -139,6 +152,8 @@ pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Repo
         FaultName::Unplug => table.read(&FAILS).map(|fails| FaultKind::Unplug { fails }),
         FaultName::Stuck => Ok(FaultKind::Stuck),
         FaultName::Babble => table.read(&PAUSE).map(|pause| FaultKind::Babble { pause }),
+        FaultName::BrownOut => table.get(&BOOT).map(|boot| FaultKind::BrownOut { boot }),
+        FaultName::Drift => table.read(&CLOCK).map(drift),
     };
     let (kind, (frames, after)) = (kind?, chosen?.unzip());
     let select = FaultSelection {
@@ -148,6 +163,10 @@ pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Repo
     };
     check_selection(table, &ON_FRAME, select.frames.is_some(), &kind)?;
     check_selection(table, &PHASE, select.phase.is_some(), &kind)?;
+    if kind.acts_on_boards() && select.direction.is_some() {
+        let message = format!("a fault `{}` acts on boards, not on bytes", kind.name());
+        return Err(table.report(&DIRECTION, message, "leave `direction` out"));
+    }
     Ok(FaultSpec {
         at: SimTime::ZERO + at?.unwrap_or_default(),
         lasts: lasts?,
@@ -156,6 +175,15 @@ pub(super) fn fault(item: &Item<'_>, run: SimDuration) -> Result<FaultSpec, Repo
         select,
         after: after.flatten(),
     })
+}
+
+fn drift(rate: f64) -> FaultKind {
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "the magnitude of the rate is at most 0.1"
+    )]
+    let rate_ppb = libm::rint(rate * 1e9) as i64;
+    FaultKind::Drift { rate_ppb }
 }
 
 /// Rejects a choice of bytes for a fault that acts in a window of time only.
