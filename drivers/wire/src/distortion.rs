@@ -2,6 +2,7 @@ use std::mem;
 
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError, Stream, stream};
+use twinrig_runtime::BusHealth;
 
 use crate::arrivals::Octet;
 use crate::burst_faults::BurstFaults;
@@ -202,6 +203,11 @@ impl Distortion {
             }
         }
         unplugged
+    }
+
+    /// Adds the effects of the faults.
+    pub(crate) fn report_effects(&self, health: &mut BusHealth) {
+        health.fault_effects.extend(self.selection.effects());
     }
 
     /// Counts an effect of the faults of the supply that hold at `at`.

@@ -142,12 +142,8 @@ impl<L: Line> Part for Faulty<L> {
 
     fn report_health(&self, health: &mut BusHealth) {
         if let Some(faults) = &self.faults {
-            let effects = faults
-                .outward
-                .selection
-                .effects()
-                .chain(faults.inward.selection.effects());
-            health.fault_effects.extend(effects);
+            faults.outward.report_effects(health);
+            faults.inward.report_effects(health);
         }
         self.line.report_health(health);
     }

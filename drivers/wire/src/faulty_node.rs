@@ -140,12 +140,8 @@ impl<N: Node> Part for FaultyNode<N> {
     }
 
     fn report_health(&self, health: &mut BusHealth) {
-        let effects = self
-            .rx
-            .selection
-            .effects()
-            .chain(self.tx.selection.effects());
-        health.fault_effects.extend(effects);
+        self.rx.report_effects(health);
+        self.tx.report_effects(health);
         self.node.report_health(health);
     }
 

@@ -163,6 +163,8 @@ fn schema_and_reader_have_the_same_keys() {
         fault("kind = 'delay'\nby = '1 ms'"),
         fault("kind = 'unplug'"),
         fault("kind = 'babble'"),
+        fault("kind = 'brown-out'"),
+        fault("kind = 'drift'\nclock = '1 ppm'"),
     ]
     .concat();
     keys.sort();
