@@ -38,8 +38,8 @@ pub trait Node: Part {
         None
     }
 
-    /// Returns the time from the return of its supply until the node works again; none, the default,
-    /// if it does not model a loss of it. Constant.
+    /// Returns the time from the return of its supply until the node works again; none, the
+    /// default, if it does not model a loss of it. Constant.
     fn boot_time(&self) -> Option<SimDuration> {
         None
     }

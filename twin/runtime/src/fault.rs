@@ -1,9 +1,9 @@
 use serde::{Deserialize, Serialize};
 use twinrig_kernel::SimDuration;
 
-/// Kind of a fault of a wire, or of the boards on it. A *burst* is a sequence of bytes with pauses of at most one byte time; a fault
-/// affects a burst as a whole if its first byte is complete while the fault is active. Flip,
-/// unplug, stuck and babble affect single bytes.
+/// Kind of a fault of a wire, or of the boards on it. A *burst* is a sequence of bytes with pauses
+/// of at most one byte time; a fault affects a burst as a whole if its first byte is complete while
+/// the fault is active. Flip, unplug, stuck and babble affect single bytes.
 ///
 /// Faults at one place combine: a burst dropped by any of them is lost, delays add up, and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
