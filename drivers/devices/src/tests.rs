@@ -7,8 +7,9 @@ use proptest::prelude::*;
 use twinrig_kernel::{Port, Unit};
 use twinrig_runtime::Rig;
 use twinrig_testing::framing::{check_arbitrary_bytes, check_message, check_wrong_bit};
+use twinrig_testing::laws::DeviceSetup;
 use twinrig_testing::rig_harness::{RecordingPlant, rig, run};
-use twinrig_wire::{FaultSchedule, FramedMessage, crc16};
+use twinrig_wire::{FaultSchedule, FramedDriver, FramedMessage, crc16};
 
 use crate::FramedDevice;
 
@@ -48,6 +49,17 @@ pub(crate) fn wired<D: FramedDevice>(
 ) -> Rig {
     let wire = device.wire(faults).unwrap();
     rig(device.driver().unwrap(), wire, process, plant)
+}
+
+/// Returns a device and its driver for the laws, at a plant of these ports.
+pub(crate) fn under_laws<D: FramedDevice + Clone>(
+    device: D,
+    ports: Vec<Port>,
+) -> DeviceSetup<FramedDriver<D::Protocol>> {
+    let emulated = device.clone();
+    let nodes = move || vec![Box::new(emulated.node().unwrap()) as _];
+    let driver = move || device.driver().unwrap();
+    DeviceSetup::new(D::BYTE_TIME, ports, driver, nodes).with_numbered_answers()
 }
 
 /// Checks that a device at a dead wire is an error that names its bus, with a remedy.

@@ -13,8 +13,8 @@ pub(super) struct Log {
     pub(super) written: Vec<(SimTime, Vec<u8>)>,
     /// Changes of the plant's inputs.
     pub(super) actuated: Vec<(SimTime, Vec<f64>)>,
-    /// Instants at which bytes of the wire were available to the host.
-    pub(super) arrivals: Vec<SimTime>,
+    /// Instants at which the host has read bytes from the wire.
+    pub(super) reads: Vec<SimTime>,
     /// Number of bytes received and traffic at the end of the opening.
     pub(super) opened: Option<(u64, Traffic)>,
     /// End of closing, or of the session by an error of the driver.

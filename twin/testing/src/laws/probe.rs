@@ -99,11 +99,7 @@ impl Node for Probe {
     }
 
     fn min_bytes_needed(&self) -> Option<usize> {
-        match self.pieces {
-            // Less than it needs.
-            Some(_) => Some(1),
-            None => self.node.min_bytes_needed(),
-        }
+        self.node.min_bytes_needed()
     }
 
     fn next_wake(&self) -> Option<SimTime> {

@@ -16,35 +16,52 @@ const FRAMES: usize = 10;
 /// Bursts of bytes within the deadline.
 const BURSTS: u64 = 97;
 
-/// A driver, detached from its wire, and what was on it.
+/// Frames of an undisturbed run, and its last transfer.
+struct Frames {
+    /// Bytes that the driver has written, and transmissions of the devices.
+    requests: Vec<Vec<u8>>,
+    answers: Vec<Vec<u8>>,
+    last: SimTime,
+}
+
+/// Course of the run in which the driver is opened.
+fn opening() -> Course {
+    Course {
+        slots: 3,
+        ..Course::default()
+    }
+}
+
+impl Frames {
+    fn of<D: Driver>(setup: &DeviceSetup<D>, law: &'static str) -> Result<Self, Violation> {
+        let session = Session::open(setup, law, opening()).finish()?;
+        let last = session.log.transfers.last().map(|transfer| transfer.at);
+        let written = session.log.written.iter();
+        let transmissions = session.tap.transmissions();
+        Ok(Self {
+            requests: written.map(|(_, bytes)| bytes.clone()).collect(),
+            answers: transmissions.iter().map(|it| it.bytes.clone()).collect(),
+            last: last.unwrap_or(session.now),
+        })
+    }
+}
+
+/// A driver, detached from its wire.
 struct Detached<D> {
     law: &'static str,
     driver: D,
     now: SimTime,
-    /// Bytes that the driver has written, and transmissions of the devices.
-    requests: Vec<Vec<u8>>,
-    answers: Vec<Vec<u8>>,
     inputs: usize,
 }
 
 impl<D: Driver> Detached<D> {
     /// Opens a driver and lets it make some transfers.
-    fn new(setup: &DeviceSetup<D>, law: &'static str) -> Result<Self, Violation> {
-        let course = Course {
-            slots: 4,
-            ..Course::default()
-        };
-        let probe = Session::open(setup, law, course.clone()).finish()?;
-        let last = probe.log.transfers.last().map(|transfer| transfer.at);
-        let mut session = Session::open(setup, law, course);
-        session.run_until(last.unwrap_or(session.now))?;
-        let written = probe.log.written.iter();
-        let transmissions = probe.tap.transmissions();
+    fn new(setup: &DeviceSetup<D>, law: &'static str, frames: &Frames) -> Result<Self, Violation> {
+        let mut session = Session::open(setup, law, opening());
+        session.run_until(frames.last)?;
         Ok(Self {
             law,
             now: session.now,
-            requests: written.map(|(_, bytes)| bytes.clone()).collect(),
-            answers: transmissions.iter().map(|it| it.bytes.clone()).collect(),
             inputs: Layout::of(&session.driver.ports(), Direction::Input).len(),
             driver: session.driver,
         })
@@ -92,11 +109,13 @@ pub fn queues_stay_bounded<D: Driver>(
     setup: &DeviceSetup<D>,
     case: &Case,
 ) -> Result<(), Violation> {
-    let mut detached = Detached::new(setup, "queues_stay_bounded")?;
+    const LAW: &str = "queues_stay_bounded";
+    let frames = Frames::of(setup, LAW)?;
+    let mut detached = Detached::new(setup, LAW, &frames)?;
     let before = detached.driver.save().0.len();
     for flood in 0..FLOODS {
         detached.now += setup.period / FLOODS_PER_PERIOD;
-        let bytes = flood_bytes(&detached.answers, case, flood);
+        let bytes = flood_bytes(&frames.answers, case, flood);
         detached.driver.handle_bytes(host(detached.now), &bytes);
         detached.serve()?;
         match detached.driver.is_busy() {
@@ -116,7 +135,8 @@ pub fn queues_stay_bounded<D: Driver>(
     for mut node in (setup.nodes)() {
         node.connect("laws", &signals)
             .unwrap_or_else(|error| panic!("the plant of the setup: {error}"));
-        flood_node(setup, case, &detached, &mut *node, &mut plant)?;
+        flood_node(setup, case, &frames.requests, &mut *node, &mut plant)
+            .map_err(|(now, what)| Violation::new(LAW, now, what))?;
     }
     Ok(())
 }
@@ -137,10 +157,10 @@ fn flood_bytes(frames: &[Vec<u8>], case: &Case, flood: usize) -> Vec<u8> {
 fn flood_node<D: Driver>(
     setup: &DeviceSetup<D>,
     case: &Case,
-    detached: &Detached<D>,
+    requests: &[Vec<u8>],
     node: &mut dyn Node,
     plant: &mut Stairs,
-) -> Result<(), Violation> {
+) -> Result<(), (SimTime, String)> {
     let before = node.save().0.len();
     let mut now = SimTime::ZERO;
     for flood in 0..FLOODS {
@@ -149,9 +169,8 @@ fn flood_node<D: Driver>(
             let wake = node.next_wake().filter(|at| *at <= next);
             now = wake.unwrap_or(next).max(now);
             plant.now = now;
-            let violation = |what: String| Violation::new(detached.law, now, what);
             if wake.is_none() {
-                let bytes = flood_bytes(&detached.requests, case, flood);
+                let bytes = flood_bytes(requests, case, flood);
                 node.receive(Piece {
                     first: now,
                     spacing: SimDuration::ZERO,
@@ -160,14 +179,14 @@ fn flood_node<D: Driver>(
                 });
             }
             let advanced = node.advance(now, plant);
-            advanced.map_err(|error| violation(error.to_string()))?;
+            advanced.map_err(|error| (now, error.to_string()))?;
             let mut bytes = Vec::new();
             let count = (0..CALLS_MAX)
                 .take_while(|_| node.poll_transmit(&mut bytes).is_some())
                 .count();
             if count == CALLS_MAX || call == CALLS_MAX {
                 let what = format!("the device {} transmits or wakes without end", node.name());
-                return Err(violation(what));
+                return Err((now, what));
             }
             if wake.is_none() {
                 break;
@@ -177,11 +196,13 @@ fn flood_node<D: Driver>(
         if found > before + setup.state_bytes {
             let name = node.name();
             let what = format!("the state of {name} has grown from {before} to {found} bytes");
-            return Err(Violation::new(detached.law, now, what));
+            return Err((now, what));
         }
     }
     Ok(())
 }
+
+const DEADLINE: &str = "meets_the_deadline";
 
 /// Phases that must end.
 #[derive(Clone, Copy, Debug)]
@@ -206,6 +227,7 @@ enum Line {
 /// # Errors
 /// [`Violation`] with the phase.
 pub fn meets_the_deadline<D: Driver>(setup: &DeviceSetup<D>, case: &Case) -> Result<(), Violation> {
+    let frames = Frames::of(setup, DEADLINE)?;
     for phase in [Phase::Opening, Phase::Transfer, Phase::Closing] {
         for line in [
             Line::Silence,
@@ -213,7 +235,7 @@ pub fn meets_the_deadline<D: Driver>(setup: &DeviceSetup<D>, case: &Case) -> Res
             Line::OneByte,
             Line::OldAnswers,
         ] {
-            check_deadline(setup, case, phase, line)?;
+            check_deadline(setup, case, &frames, (phase, line))?;
         }
     }
     Ok(())
@@ -222,10 +244,10 @@ pub fn meets_the_deadline<D: Driver>(setup: &DeviceSetup<D>, case: &Case) -> Res
 fn check_deadline<D: Driver>(
     setup: &DeviceSetup<D>,
     case: &Case,
-    phase: Phase,
-    line: Line,
+    frames: &Frames,
+    (phase, line): (Phase, Line),
 ) -> Result<(), Violation> {
-    let mut detached = Detached::new(setup, "meets_the_deadline")?;
+    let mut detached = Detached::new(setup, DEADLINE, frames)?;
     match phase {
         Phase::Opening => {
             detached.driver = (setup.driver)();
@@ -252,15 +274,12 @@ fn check_deadline<D: Driver>(
         detached.now = timeout.map_or(burst, |at| at.min(burst)).max(detached.now);
         if detached.now == burst {
             let bytes = match line {
-                Line::Silence => Vec::new(),
-                Line::Garbage => case.garbage[count % case.garbage.len()..].to_vec(),
-                Line::OneByte => vec![case.garbage[0]; 16],
-                Line::OldAnswers => detached.answers[count % detached.answers.len().max(1)..]
-                    .first()
-                    .cloned()
-                    .unwrap_or_default(),
+                Line::Silence => None,
+                Line::Garbage => Some(case.garbage[count % case.garbage.len()..].to_vec()),
+                Line::OneByte => Some(vec![case.garbage[0]; 16]),
+                Line::OldAnswers => frames.answers.iter().cycle().nth(count).cloned(),
             };
-            if !bytes.is_empty() {
+            if let Some(bytes) = bytes {
                 detached.driver.handle_bytes(host(detached.now), &bytes);
             }
             burst += interval;

@@ -8,18 +8,19 @@ use super::{Case, DeviceSetup, Violation};
 
 const SLOTS: usize = 8;
 
-/// Returns the course with the damage of a case from the opening to the end of closing.
+/// Returns the course with the damage of a case, from the opening or the first transfer to the end
+/// of closing: some drivers fail to open with much damage, and end.
 fn damaged<D: Driver>(setup: &DeviceSetup<D>, case: &Case) -> Course {
     Course {
         slots: SLOTS,
         damages: setup.damages(case),
-        damaged_slots: 0..SLOTS + 1,
+        damaged_slots: usize::from(!case.saved.is_multiple_of(4))..SLOTS + 1,
         ..Course::default()
     }
 }
 
 /// Checks that the same bytes at the same instants have the same effect in pieces of any lengths,
-/// in the driver and in the devices.
+/// in the driver and in the devices. What the driver writes is read after all pieces of an instant.
 ///
 /// # Errors
 /// [`Violation`] with the first difference.
@@ -33,6 +34,7 @@ pub fn cuts_change_nothing<D: Driver>(
     let lengths = case.pieces.iter().map(|length| u64::from(*length));
     let cut = Course {
         pieces: Some(Turns::new(lengths)),
+        reads: Some(whole.log.reads.clone()),
         ..course
     };
     let cut = Session::open(setup, LAW, cut).finish()?;
@@ -55,7 +57,8 @@ pub fn looks_change_nothing<D: Driver>(
     let permille = setup.period.as_nanos() / 1000;
     let times = case.looks.iter().map(|it| u64::from(*it) * permille + 1);
     let often = Course {
-        looks: Some((Turns::new(times), seldom.log.arrivals.clone())),
+        looks: Some(Turns::new(times)),
+        reads: Some(seldom.log.reads.clone()),
         ..course
     };
     let often = Session::open(setup, LAW, often).finish()?;

@@ -26,8 +26,11 @@ pub(super) struct Course {
     pub(super) damaged_slots: std::ops::Range<usize>,
     /// Lengths of the pieces into which streams are cut \[bytes\].
     pub(super) pieces: Option<Turns>,
-    /// Times between looks \[ns\], and the instants of arrivals without them.
-    pub(super) looks: Option<(Turns, Vec<SimTime>)>,
+    /// Times between looks \[ns\].
+    pub(super) looks: Option<Turns>,
+    /// Instants at which the host reads; None if that is whenever the wire has bytes, which may
+    /// depend on pieces and looks.
+    pub(super) reads: Option<Vec<SimTime>>,
 }
 
 /// A driver, its devices and a plant, from the opening over transfers to the end of closing.
@@ -77,9 +80,8 @@ impl<'s, D: Driver> Session<'s, D> {
     /// If the plant lacks a port that the devices require.
     pub(super) fn new(setup: &'s DeviceSetup<D>, law: &'static str, course: Course) -> Self {
         let tap = Tap::default();
-        let looks = course.looks.as_ref().map(|(turns, _)| turns);
         let nodes = (setup.nodes)().into_iter().map(|node| {
-            let (pieces, looks) = (course.pieces.clone(), looks.cloned());
+            let (pieces, looks) = (course.pieces.clone(), course.looks.clone());
             Box::new(Probe::new(node, tap.clone(), pieces, looks)) as _
         });
         let mut wire = (setup.wire)(nodes.collect());
@@ -92,7 +94,7 @@ impl<'s, D: Driver> Session<'s, D> {
             .map(|damages| Cable::new(damages, (setup.spacing, setup.period)));
         let now = SimTime::ZERO + SimDuration::from_millis(1);
         Self {
-            look: looks.is_some().then_some(now),
+            look: course.looks.is_some().then_some(now),
             driver: (setup.driver)(),
             wire,
             tap,
@@ -195,6 +197,7 @@ impl<'s, D: Driver> Session<'s, D> {
             self.to_devices.next(),
             (self.phase == Phase::Idle).then(|| self.slot_start()),
             self.look,
+            self.next_read(),
         ];
         let limit = self.since + self.setup.deadline + SimDuration::from_nanos(1);
         let limit = if self.phase == Phase::Idle {
@@ -207,6 +210,13 @@ impl<'s, D: Driver> Session<'s, D> {
             .flatten()
             .min()
             .map_or(limit, |at| at.min(limit))
+    }
+
+    /// Returns the next prescribed instant at which the host reads.
+    fn next_read(&self) -> Option<SimTime> {
+        let reads = self.course.reads.as_ref()?;
+        let passed = reads.partition_point(|at| *at <= self.now);
+        reads.get(passed).copied()
     }
 
     fn slot_start(&self) -> SimTime {
@@ -227,7 +237,7 @@ impl<'s, D: Driver> Session<'s, D> {
         self.wire.receive(&mut self.held);
         self.damage();
         if !self.held.is_empty() && self.reads_now() {
-            self.log.arrivals.push(self.now);
+            self.log.reads.push(self.now);
             let held = std::mem::take(&mut self.held);
             let (setup, tap) = (self.setup, &self.tap);
             let frame = |number, before| inserted_frame(setup, tap, number, before);
@@ -260,11 +270,10 @@ impl<'s, D: Driver> Session<'s, D> {
         self.to_devices.is_damaged = is_damaged;
     }
 
-    /// Returns whether the host reads the bytes of the wire at this instant: looks make none
-    /// available earlier.
+    /// Returns whether the host reads the bytes of the wire at this instant.
     fn reads_now(&self) -> bool {
-        let arrivals = self.course.looks.as_ref().map(|(_, arrivals)| arrivals);
-        arrivals.is_none_or(|arrivals| arrivals.binary_search(&self.now).is_ok())
+        let reads = self.course.reads.as_ref();
+        reads.is_none_or(|reads| reads.binary_search(&self.now).is_ok())
     }
 
     fn deliver(&mut self) {
@@ -277,10 +286,6 @@ impl<'s, D: Driver> Session<'s, D> {
             let (piece, after) = rest.split_at(length.min(rest.len()));
             rest = after;
             self.driver.handle_bytes(host(self.now), piece);
-            if !rest.is_empty() {
-                self.write();
-                let _ = self.driver.is_busy();
-            }
         }
     }
 
@@ -292,7 +297,10 @@ impl<'s, D: Driver> Session<'s, D> {
             if !self.driver.poll_transmit(&mut bytes) {
                 break;
             }
-            self.log.written.push((self.now, bytes.clone()));
+            match self.log.written.last_mut() {
+                Some((at, earlier)) if *at == self.now => earlier.extend(&bytes),
+                _ => self.log.written.push((self.now, bytes.clone())),
+            }
             self.to_devices.pass(self.now, &bytes, |_, _| None);
         }
         bytes.clear();
@@ -304,21 +312,24 @@ impl<'s, D: Driver> Session<'s, D> {
 
     /// Ends the phase if the driver is done, and begins the next one if it is due.
     fn update_phase(&mut self) -> Result<(), Violation> {
-        if self.phase != Phase::Idle {
-            match self.driver.is_busy() {
-                Ok(true) => return self.check_deadline(),
-                Ok(false) => self.end_phase(),
-                Err(error) => {
-                    self.log.ended = Some((self.now, Err(error.why)));
-                    self.phase = Phase::Ended;
+        loop {
+            match self.phase {
+                Phase::Ended => return Ok(()),
+                Phase::Idle if self.now < self.slot_start() => return Ok(()),
+                Phase::Idle => {
+                    self.begin_slot();
+                    self.write();
                 }
+                _ => match self.driver.is_busy() {
+                    Ok(true) => return self.check_deadline(),
+                    Ok(false) => self.end_phase(),
+                    Err(error) => {
+                        self.log.ended = Some((self.now, Err(error.why)));
+                        self.phase = Phase::Ended;
+                    }
+                },
             }
         }
-        if self.phase == Phase::Idle && self.now >= self.slot_start() {
-            self.begin_slot();
-            self.write();
-        }
-        Ok(())
     }
 
     fn check_deadline(&self) -> Result<(), Violation> {
@@ -386,7 +397,7 @@ impl<'s, D: Driver> Session<'s, D> {
 
     /// Calls everything that must not change anything.
     fn look(&mut self) {
-        let Some((looks, _)) = &mut self.course.looks else {
+        let Some(looks) = &mut self.course.looks else {
             return;
         };
         while self.look.is_some_and(|at| at <= self.now) {

@@ -11,7 +11,7 @@ use twinrig_testing::rig_harness;
 use twinrig_testing::rig_harness::{check_restored, check_zero, diagnostic, run};
 use twinrig_wire::{FaultKind, FaultSchedule};
 
-fn sensor() -> OptoForce {
+pub(super) fn sensor() -> OptoForce {
     let mut sensor = OptoForce::new("optoforce", "leg/LF/foot/force");
     sensor.speed = Speed::Hz1000;
     sensor.cutoff = Cutoff::None;

@@ -21,7 +21,7 @@ fn input(channel: usize, component: usize, scale: f64) -> AnalogInput {
     }
 }
 
-fn bridge(interval_ms: u64) -> Phidget {
+pub(super) fn bridge(interval_ms: u64) -> Phidget {
     let interval = SimDuration::from_millis(interval_ms);
     let gain = Gain::X64;
     let mut board = Phidget::new("phidget", Board::Bridge { interval, gain });
@@ -29,7 +29,7 @@ fn bridge(interval_ms: u64) -> Phidget {
     board
 }
 
-fn kit() -> Phidget {
+pub(super) fn kit() -> Phidget {
     let mut board = Phidget::new("phidget", Board::INTERFACE_KIT);
     board.inputs = vec![input(2, 0, 0.1), input(7, 1, 0.1)];
     board

@@ -1,3 +1,4 @@
+mod laws;
 mod protocol;
 mod requests;
 mod wired;

@@ -13,7 +13,7 @@ use twinrig_wire::{AnalogSource, FaultKind, FaultSchedule};
 
 const LEGS: [(usize, &str); 4] = [(15, "LF"), (13, "RF"), (9, "LH"), (11, "RH")];
 
-fn board() -> Rb110 {
+pub(super) fn board() -> Rb110 {
     let mut board = Rb110::with_servos("rb110", PulseMap::ONCILLA, &LEGS);
     board.analog = vec![AnalogInput {
         channel: 3,
