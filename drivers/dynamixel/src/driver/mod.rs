@@ -132,6 +132,20 @@ impl DynamixelDriver {
         self.state.traffic.error(kind, servo.map(number), 1, now);
     }
 
+    /// Counts an error if bytes have been skipped beyond `before`.
+    fn count_garbled(&mut self, before: u64, now: HostTime) {
+        let garbled = u64::from(self.state.parser.skipped() > before);
+        let kind = TrafficError::Garbled;
+        self.state.traffic.error(kind, None, garbled, now);
+    }
+
+    /// Discards the beginning of an answer whose rest has not come in time.
+    fn discard_beginning(&mut self, now: HostTime) {
+        let skipped = self.state.parser.skipped();
+        self.state.parser.reset();
+        self.count_garbled(skipped, now);
+    }
+
     fn handle_packet(&mut self, now: HostTime, packet: &Packet<'_>) {
         let protocol = self.config.protocol();
         match (self.state.stage, packet.status(protocol)) {
@@ -246,9 +260,7 @@ impl Driver for DynamixelDriver {
             }
         }
         self.state.parser = parser;
-        let garbled = u64::from(self.state.parser.skipped() > skipped);
-        let kind = TrafficError::Garbled;
-        self.state.traffic.error(kind, None, garbled, now);
+        self.count_garbled(skipped, now);
     }
 
     fn handle_timeout(&mut self, now: HostTime) {
@@ -260,7 +272,7 @@ impl Driver for DynamixelDriver {
             Stage::Opening(index, _) | Stage::Closing(index) => {
                 let kind = TrafficError::NoAnswer;
                 self.state.traffic.error(kind, Some(number(index)), 1, now);
-                self.state.parser.reset();
+                self.discard_beginning(now);
                 self.repeat_step(now);
             }
             Stage::Reading(_) => {
@@ -271,7 +283,7 @@ impl Driver for DynamixelDriver {
                         self.state.traffic.error(kind, Some(number(servo)), 1, now);
                     }
                 }
-                self.state.parser.reset();
+                self.discard_beginning(now);
                 self.continue_reading(now);
             }
             Stage::Closed | Stage::Open => {}

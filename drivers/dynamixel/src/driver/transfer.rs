@@ -32,7 +32,7 @@ impl DynamixelDriver {
             &mut self.state.tx,
         );
         self.state.counters.transfers += 1;
-        self.state.parser.reset();
+        self.discard_beginning(now);
         self.read(now, 0);
     }
 
