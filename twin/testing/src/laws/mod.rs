@@ -17,6 +17,122 @@
 //! | [`queues_stay_bounded`] | neither states nor transmissions grow under a flood |
 //! | [`meets_the_deadline`] | opening, transfers and closing end, whatever is on the line |
 //!
+//! ```
+//! use serde::{Deserialize, Serialize};
+//! use std::ops::Range;
+//! use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
+//! use twinrig_runtime::{PlantAccess, PlantSignals, TaskError, WiringError};
+//! use twinrig_testing::laws::{self, DeviceSetup};
+//! use twinrig_wire::{
+//!     Emulation, FrameCounts, FrameError, FrameFormat, FrameMatch, FrameOutcome, FramedDriver,
+//!     FramedMessage, FramedNode, Pacing, Protocol, RequestKind, TrafficError, TxQueue, crc16,
+//! };
+//!
+//! const PERIOD: SimDuration = SimDuration::from_millis(10);
+//! const FORMAT: FrameFormat = FrameFormat {
+//!     length: |front| match front {
+//!         [] => FrameMatch::Missing(6),
+//!         [0xa5, ..] => FrameMatch::Frame(6),
+//!         _ => FrameMatch::Garbage,
+//!     },
+//!     checksum: |content| crc16(content).to_le_bytes(),
+//! };
+//!
+//! /// A request, or the answer with the same number: a distance in millimetres.
+//! struct Frame(u8, u16);
+//! impl FramedMessage for Frame {
+//!     fn match_frame(front: &[u8]) -> FrameMatch { FORMAT.match_frame(front) }
+//!     fn decode(frame: &[u8]) -> Result<Self, FrameError> {
+//!         let &[_, number, high, low] = FORMAT.content(frame)? else {
+//!             return Err(FrameError::Length);
+//!         };
+//!         Ok(Self(number, u16::from_be_bytes([high, low])))
+//!     }
+//!     fn encode(&self, bytes: &mut Vec<u8>) {
+//!         let [high, low] = self.1.to_be_bytes();
+//!         FORMAT.encode(bytes, |bytes| bytes.extend([0xa5, self.0, high, low]));
+//!     }
+//! }
+//!
+//! struct Ranger;
+//! #[derive(Default, Serialize, Deserialize)]
+//! struct State { number: u8, metres: [f64; 1], answers: u64, lost: u64 }
+//! impl Protocol for Ranger {
+//!     type State = State;
+//!     type Message = Frame;
+//!     fn initial(&self) -> State { State::default() }
+//!     fn name(&self) -> &str { "ranger" }
+//!     fn ports(&self) -> Vec<Port> { vec![Port::output("ranger/distance", Unit::Meter, 1)] }
+//!     fn request(
+//!         &self, state: &mut State, _: RequestKind, _: &[f64], request: &mut Vec<u8>,
+//!     ) -> Option<SimDuration> {
+//!         state.number = state.number.wrapping_add(1);
+//!         Frame(state.number, 0).encode(request);
+//!         Some(SimDuration::from_millis(5))
+//!     }
+//!     fn handle_message(
+//!         &self, state: &mut State, kind: Option<RequestKind>, answer: Frame,
+//!     ) -> FrameOutcome {
+//!         if kind.is_none() || answer.0 != state.number {
+//!             return FrameOutcome::Incomplete;
+//!         }
+//!         state.answers += 1;
+//!         state.metres = [f64::from(answer.1) / 1e3];
+//!         FrameOutcome::Complete
+//!     }
+//!     fn time_out(&self, state: &mut State, _: RequestKind) { state.lost += 1; }
+//!     fn open_failure(&self, _: &State) -> String { "no answer: check the cable".to_owned() }
+//!     fn to_process<'s>(&self, state: &'s State) -> &'s [f64] { &state.metres }
+//!     fn pacing(&self) -> Option<Pacing> { Some(Pacing::Requests(PERIOD)) }
+//!     fn counts(&self, state: &State) -> FrameCounts {
+//!         FrameCounts::new(state.answers, &[(TrafficError::NoAnswer, state.lost)])
+//!     }
+//! }
+//!
+//! #[derive(Default)]
+//! struct Sensor(Range<usize>);
+//! impl Emulation for Sensor {
+//!     type State = ();
+//!     type Message = Frame;
+//!     fn initial(&self) {}
+//!     fn name(&self) -> &str { "ranger" }
+//!     fn connect(&mut self, owner: &str, plant: &PlantSignals) -> Result<(), WiringError> {
+//!         self.0 = plant.find(owner, &Port::input("distance", Unit::Meter, 1))?;
+//!         Ok(())
+//!     }
+//!     fn handle_message(
+//!         &self, _: &mut (), now: SimTime, request: Frame, plant: &mut dyn PlantAccess,
+//!         tx: &mut TxQueue,
+//!     ) -> Result<(), TaskError> {
+//!         let metres = plant.sample(self.0.clone())?[0];
+//!         tx.send(now, &Frame(request.0, (metres * 1e3).round() as u16));
+//!         Ok(())
+//!     }
+//! }
+//!
+//! fn setup() -> DeviceSetup<FramedDriver<Ranger>> {
+//!     DeviceSetup::new(
+//!         SimDuration::from_micros(87),
+//!         vec![Port::output("distance", Unit::Meter, 1)],
+//!         || FramedDriver::new(Ranger),
+//!         || vec![Box::new(FramedNode::new(Sensor::default()))],
+//!     )
+//!     .with_deadline(SimDuration::from_millis(15))
+//!     .with_transfer_deadline(SimDuration::from_millis(5))
+//!     .with_numbered_answers()
+//! }
+//!
+//! // In a test: `twinrig_testing::laws!(setup());`, or some of them by their names.
+//! # use twinrig_testing::laws::proptest::{prelude::*, proptest};
+//! # let config = || ProptestConfig { failure_persistence: None, ..laws::config() };
+//! proptest!(config(), |(case in laws::cases())| {
+//!     laws::values_were_sent(&setup(), &case)?;
+//!     laws::traffic_adds_up(&setup(), &case)?;
+//!     laws::recovers(&setup(), &case)?;
+//!     laws::meets_the_deadline(&setup(), &case)?;
+//! });
+//! ```
+//!
 //! A [`Violation`] names the law, the instant and the values. The cases are drawn by proptest, which
 //! finds a smallest one. [`config`] keeps the seeds of failures in a folder `regressions/` beside
 //! the test, from which they are replayed first.

@@ -256,8 +256,12 @@ fn check_deadline<D: Driver>(
         Phase::Transfer => detached.begin(),
         Phase::Closing => detached.driver.close(host(detached.now)),
     }
-    let limit = detached.now + setup.deadline;
-    let interval = SimDuration::from_nanos(setup.deadline.as_nanos() / BURSTS + 1);
+    let deadline = match phase {
+        Phase::Transfer => setup.transfer_deadline,
+        Phase::Opening | Phase::Closing => setup.deadline,
+    };
+    let limit = detached.now + deadline;
+    let interval = SimDuration::from_nanos(deadline.as_nanos() / BURSTS + 1);
     let (mut burst, mut count) = (detached.now + interval, 0);
     loop {
         detached.serve()?;
@@ -265,7 +269,6 @@ fn check_deadline<D: Driver>(
             return Ok(());
         }
         if detached.now > limit {
-            let deadline = setup.deadline;
             let what = format!("{phase:?} has not ended within {deadline}, with {line:?}");
             return Err(detached.violation(what));
         }

@@ -20,7 +20,8 @@ fn damaged<D: Driver>(setup: &DeviceSetup<D>, case: &Case) -> Course {
 }
 
 /// Checks that the same bytes at the same instants have the same effect in pieces of any lengths,
-/// in the driver and in the devices. What the driver writes is read after all pieces of an instant.
+/// in the driver and in the devices: whole transmissions, and parts of them. What the driver writes
+/// is read after all pieces of an instant.
 ///
 /// # Errors
 /// [`Violation`] with the first difference.
@@ -30,7 +31,11 @@ pub fn cuts_change_nothing<D: Driver>(
 ) -> Result<(), Violation> {
     const LAW: &str = "cuts_change_nothing";
     let course = damaged(setup, case);
-    let whole = Session::open(setup, LAW, course.clone()).finish()?;
+    let whole = Course {
+        gathers: true,
+        ..course.clone()
+    };
+    let whole = Session::open(setup, LAW, whole).finish()?;
     let lengths = case.pieces.iter().map(|length| u64::from(*length));
     let cut = Course {
         pieces: Some(Turns::new(lengths)),

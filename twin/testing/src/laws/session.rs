@@ -31,6 +31,8 @@ pub(super) struct Course {
     /// Instants at which the host reads; None if that is whenever the wire has bytes, which may
     /// depend on pieces and looks.
     pub(super) reads: Option<Vec<SimTime>>,
+    /// The host reads a transmission as a whole, some bytes behind its end.
+    pub(super) gathers: bool,
 }
 
 /// A driver, its devices and a plant, from the opening over transfers to the end of closing.
@@ -54,6 +56,8 @@ pub(super) struct Session<'s, D> {
     look: Option<SimTime>,
     /// Bytes of the wire that the host has not read.
     held: Vec<u8>,
+    /// Time at which it reads them unless there are more than these by then.
+    gathered: Option<(SimTime, usize)>,
     /// Number of calls at the present instant.
     calls: u32,
     pub(super) log: Log,
@@ -107,6 +111,7 @@ impl<'s, D: Driver> Session<'s, D> {
             origin: now,
             next_slot: 0,
             held: Vec::new(),
+            gathered: None,
             calls: 0,
             log: Log::default(),
             setup,
@@ -148,6 +153,7 @@ impl<'s, D: Driver> Session<'s, D> {
         (copy.origin, copy.next_slot) = (self.origin, self.next_slot);
         (copy.look, copy.calls) = (self.look, self.calls);
         copy.held.clone_from(&self.held);
+        copy.gathered = self.gathered;
         copy.log.clone_from(&self.log);
         Ok(copy)
     }
@@ -198,12 +204,11 @@ impl<'s, D: Driver> Session<'s, D> {
             (self.phase == Phase::Idle).then(|| self.slot_start()),
             self.look,
             self.next_read(),
+            self.gathered.map(|(at, _)| at),
         ];
-        let limit = self.since + self.setup.deadline + SimDuration::from_nanos(1);
-        let limit = if self.phase == Phase::Idle {
-            SimTime::MAX
-        } else {
-            limit
+        let limit = match self.phase {
+            Phase::Idle => SimTime::MAX,
+            _ => self.since + self.deadline() + SimDuration::from_nanos(1),
         };
         events
             .into_iter()
@@ -271,7 +276,16 @@ impl<'s, D: Driver> Session<'s, D> {
     }
 
     /// Returns whether the host reads the bytes of the wire at this instant.
-    fn reads_now(&self) -> bool {
+    fn reads_now(&mut self) -> bool {
+        if self.course.gathers {
+            let count = self.held.len();
+            match self.gathered {
+                Some((at, _)) if self.now < at => {}
+                Some((_, before)) if count == before => self.gathered = None,
+                _ => self.gathered = Some((self.now + self.setup.byte_time * 3, count)),
+            }
+            return self.gathered.is_none();
+        }
         let reads = self.course.reads.as_ref();
         reads.is_none_or(|reads| reads.binary_search(&self.now).is_ok())
     }
@@ -332,12 +346,20 @@ impl<'s, D: Driver> Session<'s, D> {
         }
     }
 
+    /// Returns the time within which the phase ends.
+    fn deadline(&self) -> SimDuration {
+        match self.phase {
+            Phase::Transfer(_) => self.setup.transfer_deadline,
+            _ => self.setup.deadline,
+        }
+    }
+
     fn check_deadline(&self) -> Result<(), Violation> {
-        let limit = self.since + self.setup.deadline;
-        if self.now <= limit {
+        let limit = self.deadline();
+        if self.now <= self.since + limit {
             return Ok(());
         }
-        let (phase, limit) = (self.phase, self.setup.deadline);
+        let phase = self.phase;
         Err(self.violation(format!("{phase:?} has not ended within {limit}")))
     }
 

@@ -20,6 +20,7 @@ pub struct DeviceSetup<D> {
     pub(super) period: SimDuration,
     pub(super) recovery: usize,
     pub(super) deadline: SimDuration,
+    pub(super) transfer_deadline: SimDuration,
     pub(super) state_bytes: usize,
     pub(super) detection: Detection,
     pub(super) spacing: usize,
@@ -110,7 +111,7 @@ impl<D: Driver> DeviceSetup<D> {
     /// - commands are 0;
     /// - a transfer begins once in [`Driver::period`], or in 10 ms;
     /// - the driver recovers within 2 periods after the last damage;
-    /// - opening, a transfer and closing each end within 1 s;
+    /// - opening and closing end within 1 s, a transfer within 2 periods;
     /// - the state of the driver and of a device grows by 4 KiB at most;
     /// - all damage is detected; answers are not numbered; traffic is counted by
     ///   [`Driver::bus_health`].
@@ -132,6 +133,7 @@ impl<D: Driver> DeviceSetup<D> {
             period,
             recovery: 2,
             deadline: SimDuration::from_secs(1),
+            transfer_deadline: period * 2,
             state_bytes: 4096,
             detection: Detection::AllDamage,
             spacing: 0,
@@ -164,10 +166,11 @@ impl<D: Driver> DeviceSetup<D> {
         self
     }
 
-    /// Begins a transfer once in this period.
+    /// Begins a transfer once in this period, which ends within two.
     #[must_use]
     pub fn with_period(mut self, period: SimDuration) -> Self {
         self.period = period;
+        self.transfer_deadline = period * 2;
         self
     }
 
@@ -178,10 +181,17 @@ impl<D: Driver> DeviceSetup<D> {
         self
     }
 
-    /// Opening, a transfer and closing each end within this time, with success or an error.
+    /// Opening and closing each end within this time, with success or an error.
     #[must_use]
     pub fn with_deadline(mut self, deadline: SimDuration) -> Self {
         self.deadline = deadline;
+        self
+    }
+
+    /// A transfer ends within this time, with success or an error.
+    #[must_use]
+    pub fn with_transfer_deadline(mut self, deadline: SimDuration) -> Self {
+        self.transfer_deadline = deadline;
         self
     }
 

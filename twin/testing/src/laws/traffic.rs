@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 
+use twinrig_kernel::SimTime;
 use twinrig_runtime::Driver;
 
 use super::session::{CLEAN, Course, Session};
@@ -34,18 +35,22 @@ pub fn traffic_adds_up<D: Driver>(setup: &DeviceSetup<D>, case: &Case) -> Result
     check_damaged(&Session::open(setup, LAW, damaged).finish()?)
 }
 
-/// Returns the transmissions of the devices after the first `from` bytes, of which all have
-/// entered the cable.
-fn arrived<D: Driver>(session: &Session<'_, D>, from: u64, to: u64) -> Vec<Vec<u8>> {
-    let (mut end, mut arrived) = (0, Vec::new());
+/// Returns the transmissions of the devices after the first `from` bytes, of which `is_included`
+/// holds: by their start and the number of bytes up to their end.
+fn transmissions<D: Driver>(
+    session: &Session<'_, D>,
+    from: u64,
+    is_included: impl Fn(SimTime, u64) -> bool,
+) -> Vec<Vec<u8>> {
+    let (mut end, mut found) = (0, Vec::new());
     for transmission in session.tap.transmissions().iter() {
         let start = end;
         end += transmission.bytes.len() as u64;
-        if start >= from && end <= to {
-            arrived.push(transmission.bytes.clone());
+        if start >= from && is_included(transmission.start, end) {
+            found.push(transmission.bytes.clone());
         }
     }
-    arrived
+    found
 }
 
 /// Returns the number of those transmissions whose bytes are in a stream.
@@ -77,8 +82,9 @@ fn check_clean<D: Driver>(session: &Session<'_, D>) -> Result<(), Violation> {
     };
     for transfer in &session.log.transfers {
         let found = since(opened, transfer.traffic);
+        let arrived = |_, end| end <= transfer.received;
         let expected = Traffic {
-            accepted: arrived(session, from, transfer.received).len() as u64,
+            accepted: transmissions(session, from, arrived).len() as u64,
             ..Traffic::default()
         };
         if found != expected {
@@ -95,17 +101,17 @@ fn check_damaged<D: Driver>(session: &Session<'_, D>) -> Result<(), Violation> {
         return Ok(());
     };
     let found = since(opened, last.traffic);
-    let complete = arrived(session, from, last.received).len() as u64;
-    // Of transmissions that collide, a part arrives.
-    let all = arrived(session, from, u64::MAX);
-    let intact = intact(&all, &session.to_driver.passed);
+    let arrived = transmissions(session, from, |_, end| end <= last.received).len() as u64;
+    // Of transmissions that collide, a part arrives, so that numbers of bytes are no measure.
+    let begun = transmissions(session, from, |start, _| start <= last.at);
+    let intact = intact(&begun, &session.to_driver.passed);
     let fail = |what: String| Err(Violation::new(LAW, last.at, format!("{what}: {found:?}")));
     if found.accepted > intact {
         return fail(format!("only {intact} transmissions have arrived intact"));
     }
-    if complete - found.accepted > found.missing + found.discarded {
+    if arrived.saturating_sub(found.accepted) > found.missing + found.discarded {
         return fail(format!(
-            "{complete} transmissions have arrived in whole or in part"
+            "{arrived} transmissions have arrived in whole or in part"
         ));
     }
     let wrong = session.to_driver.wrong;

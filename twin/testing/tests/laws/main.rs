@@ -1,5 +1,6 @@
 //! The laws of a driver and its board: a sound one passes by them, and each planted flaw is found.
 
+mod kept;
 mod toy;
 
 use proptest::strategy::{Strategy, ValueTree};
