@@ -1,4 +1,4 @@
-//! A driver and a board of one's own: the board answers each request with a measured value, and
+//! A custom driver and its board: the board answers each request with a measured value, and
 //! follows the command in it.
 //!
 //! A request is `A5`, address, number, command; an answer `5A`, address, number, value; each ends
