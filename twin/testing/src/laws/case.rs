@@ -96,7 +96,7 @@ pub fn cases() -> impl Strategy<Value = Case> {
         vec(damage(to_driver), DAMAGES),
         vec(damage(byte_damage()), 0..5),
         vec(1_u8..12, 1..5),
-        vec(20_u16..500, 1..5),
+        vec(40_u16..600, 1..5),
         any::<u16>(),
         0_u16..1000,
         vec(any::<u8>(), 1..48),

@@ -142,6 +142,7 @@
 
 mod cable;
 mod case;
+mod inserted_frame;
 mod log;
 mod probe;
 mod recovery;

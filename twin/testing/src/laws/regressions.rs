@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use proptest::test_runner::{Config, FailurePersistence, PersistedSeed};
 
 /// Number of cases of each law.
-const CASES: u32 = 32;
+const CASES: u32 = 24;
 
-/// Returns the configuration of a `proptest!` of laws: 32 cases, or `PROPTEST_CASES`, and failures
+/// Returns the configuration of a `proptest!` of laws: 24 cases, or `PROPTEST_CASES`, and failures
 /// kept in the folder `regressions/` beside the source file of the test, from which they are
 /// replayed first.
 pub fn config() -> Config {

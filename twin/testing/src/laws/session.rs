@@ -1,19 +1,25 @@
-use twinrig_kernel::{Direction, HostTime, Layout, SimDuration, SimTime, Snapshot};
+use twinrig_kernel::{HostTime, SimDuration, SimTime, Snapshot};
 use twinrig_runtime::{Driver, PlantSignals, Wire};
 
 use super::cable::Cable;
 use super::case::Damage;
-use super::log::{Log, Transfer};
+use super::inserted_frame::inserted_frame;
+use super::log::Log;
 use super::probe::{Probe, Tap};
 use super::stairs::Stairs;
 use super::turns::Turns;
 use super::{DeviceSetup, Violation};
+
+mod phases;
 
 /// Periods of a session before the bytes are damaged.
 pub(super) const CLEAN: usize = 2;
 
 /// Calls of a driver at one instant, beyond which it does not end.
 const CALLS_MAX: u32 = 1000;
+
+/// Looks from one save to the next, which takes longer than all else.
+const LOOKS_PER_SAVE: u32 = 8;
 
 /// How a session deviates from that of intact bytes in their own pieces.
 #[derive(Clone, Debug, Default)]
@@ -54,6 +60,8 @@ pub(super) struct Session<'s, D> {
     origin: SimTime,
     next_slot: usize,
     look: Option<SimTime>,
+    /// Number of looks so far.
+    looks: u32,
     /// Bytes of the wire that the host has not read.
     held: Vec<u8>,
     /// Time at which it reads them unless there are more than these by then.
@@ -110,6 +118,7 @@ impl<'s, D: Driver> Session<'s, D> {
             since: now,
             origin: now,
             next_slot: 0,
+            looks: 0,
             held: Vec::new(),
             gathered: None,
             calls: 0,
@@ -324,147 +333,28 @@ impl<'s, D: Driver> Session<'s, D> {
         }
     }
 
-    /// Ends the phase if the driver is done, and begins the next one if it is due.
-    fn update_phase(&mut self) -> Result<(), Violation> {
-        loop {
-            match self.phase {
-                Phase::Ended => return Ok(()),
-                Phase::Idle if self.now < self.slot_start() => return Ok(()),
-                Phase::Idle => {
-                    self.begin_slot();
-                    self.write();
-                }
-                _ => match self.driver.is_busy() {
-                    Ok(true) => return self.check_deadline(),
-                    Ok(false) => self.end_phase(),
-                    Err(error) => {
-                        self.log.ended = Some((self.now, Err(error.why)));
-                        self.phase = Phase::Ended;
-                    }
-                },
-            }
-        }
-    }
-
-    /// Returns the time within which the phase ends.
-    fn deadline(&self) -> SimDuration {
-        match self.phase {
-            Phase::Transfer(_) => self.setup.transfer_deadline,
-            _ => self.setup.deadline,
-        }
-    }
-
-    fn check_deadline(&self) -> Result<(), Violation> {
-        let limit = self.deadline();
-        if self.now <= self.since + limit {
-            return Ok(());
-        }
-        let phase = self.phase;
-        Err(self.violation(format!("{phase:?} has not ended within {limit}")))
-    }
-
-    fn end_phase(&mut self) {
-        let values = self.driver.to_process().to_vec();
-        let traffic = (self.setup.traffic)(&self.driver, host(self.now));
-        match self.phase {
-            Phase::Opening => {
-                self.origin = self.now;
-                self.log.first_values.push((self.now, values));
-                self.log.opened = Some((self.to_driver.entered, traffic));
-                self.phase = Phase::Idle;
-            }
-            Phase::Transfer(slot) => {
-                self.log.transfers.push(Transfer {
-                    slot,
-                    at: self.now,
-                    values,
-                    diagnostics: self.diagnostics(),
-                    traffic,
-                    received: self.to_driver.entered,
-                });
-                let period = self.setup.period.as_nanos().max(1);
-                let elapsed = (self.now - self.origin).as_nanos();
-                let soonest = usize::try_from(elapsed.div_ceil(period)).unwrap_or(usize::MAX);
-                self.next_slot = soonest.max(slot + 1);
-                self.phase = Phase::Idle;
-            }
-            Phase::Closing => {
-                self.log.ended = Some((self.now, Ok(())));
-                self.phase = Phase::Ended;
-            }
-            Phase::Idle | Phase::Ended => {}
-        }
-    }
-
-    /// Begins the transfer of the present slot, or closing after the last one.
-    fn begin_slot(&mut self) {
-        self.since = self.now;
-        let now = host(self.now);
-        if self.next_slot >= self.course.slots {
-            self.phase = Phase::Closing;
-            return self.driver.close(now);
-        }
-        self.phase = Phase::Transfer(self.next_slot);
-        let inputs = Layout::of(&self.driver.ports(), Direction::Input).len();
-        let commands = (0..inputs).map(|n| (self.setup.commands)(self.next_slot, n));
-        self.driver.begin(now, &commands.collect::<Vec<_>>());
-    }
-
-    fn diagnostics(&self) -> Vec<f64> {
-        let ports = self.driver.diagnostics();
-        let mut values = vec![0.0; Layout::of(&ports, Direction::Output).len()];
-        self.driver.read_diagnostics(&mut values);
-        values
-    }
-
     /// Calls everything that must not change anything.
     fn look(&mut self) {
-        let Some(looks) = &mut self.course.looks else {
+        let Some(turns) = &mut self.course.looks else {
             return;
         };
-        while self.look.is_some_and(|at| at <= self.now) {
-            self.look = Some(self.look.unwrap_or(self.now) + SimDuration::from_nanos(looks.next()));
+        while let Some(at) = self.look.filter(|at| *at <= self.now) {
+            self.look = Some(at + SimDuration::from_nanos(turns.next()));
+            self.looks += 1;
         }
-        let driver = &mut self.driver;
-        let due = |driver: &D| driver.poll_timeout().is_some_and(|at| at <= host(self.now));
-        if !due(driver) {
-            driver.handle_timeout(host(self.now));
-            driver.handle_bytes(host(self.now), &[]);
+        let now = host(self.now);
+        if self.driver.poll_timeout().is_none_or(|at| at > now) {
+            self.driver.handle_timeout(now);
+            self.driver.handle_bytes(now, &[]);
         }
-        let _ = (driver.is_busy(), driver.to_process(), driver.save());
-        let _ = (self.wire.next_wake(), self.wire.save(), self.diagnostics());
+        let _ = (
+            self.driver.is_busy(),
+            self.driver.to_process(),
+            self.diagnostics(),
+        );
+        if self.looks.is_multiple_of(LOOKS_PER_SAVE) {
+            let _ = (self.driver.save(), self.wire.save());
+        }
         self.write();
     }
-}
-
-/// Returns the frame of a number, foreign ones and, if answers are numbered, the last ones, if a
-/// transmission begins with the byte `before`.
-fn inserted_frame<D>(
-    setup: &DeviceSetup<D>,
-    tap: &Tap,
-    number: u8,
-    before: u64,
-) -> Option<Vec<u8>> {
-    let transmissions = tap.transmissions();
-    let mut start = 0;
-    let begun = transmissions.iter().take_while(|transmission| {
-        let is_begun = start <= before;
-        start += transmission.bytes.len() as u64;
-        is_begun
-    });
-    let begun: Vec<_> = begun.map(|it| &it.bytes).collect();
-    let before_last = begun.iter().rev().skip(1).map(|bytes| bytes.len() as u64);
-    if before_last.sum::<u64>() != before {
-        return None;
-    }
-    let last = begun.into_iter().rev();
-    let last: Vec<_> = last
-        .take(if setup.numbers_answers { 4 } else { 0 })
-        .collect();
-    let foreign: Vec<_> = setup.foreign.iter().collect();
-    // One half of each, if there are both.
-    let is_foreign = last.is_empty() || (!foreign.is_empty() && number.is_multiple_of(2));
-    let all = if is_foreign { foreign } else { last };
-    let chosen = usize::from(number / 2).checked_rem(all.len())?;
-    Some(all[chosen].clone())
 }
