@@ -15,7 +15,8 @@ pub struct Case {
     pub pieces: Vec<u8>,
     /// Times between two looks, in turn \[‰ of a period\].
     pub looks: Vec<u16>,
-    /// Number of the transmission within which the state is saved, modulo their number.
+    /// Number of the transmission within which the state is saved, modulo their number. Where the
+    /// opening may be damaged, it is if this is a multiple of 4.
     pub saved: u16,
     /// Place within this transmission \[‰\].
     pub saved_at: u16,
