@@ -21,10 +21,15 @@ fn setup() -> DeviceSetup<TactileDriver> {
     let ports = channels.map(|(name, unit)| Port::output(format!("bench/force/{name}"), unit, 1));
     let byte_time = SimDuration::from_nanos(10_851);
     let nodes = || vec![Box::new(tactile().board().unwrap()) as _];
-    DeviceSetup::new(byte_time, ports.collect(), || tactile().driver().unwrap(), nodes)
-        .with_levels(|level, channel| 0.1 * level as f64 + 0.01 * channel as f64)
-        .with_period(PERIOD)
-        .with_numbered_answers()
+    DeviceSetup::new(
+        byte_time,
+        ports.collect(),
+        || tactile().driver().unwrap(),
+        nodes,
+    )
+    .with_levels(|level, channel| 0.1 * level as f64 + 0.01 * channel as f64)
+    .with_period(PERIOD)
+    .with_numbered_answers()
 }
 
 twinrig_testing::laws!(setup());

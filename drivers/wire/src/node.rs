@@ -83,24 +83,43 @@ impl<N: Node + ?Sized> Node for Box<N> {
     fn name(&self) -> &str {
         (**self).name()
     }
+
     fn receive(&mut self, piece: Piece<'_>) {
         (**self).receive(piece);
     }
+
     fn min_bytes_needed(&self) -> Option<usize> {
         (**self).min_bytes_needed()
     }
+
     fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
         (**self).listens_to(spacing)
     }
+
+    fn boot_time(&self) -> Option<SimDuration> {
+        (**self).boot_time()
+    }
+
+    fn power_off(&mut self, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
+        (**self).power_off(plant)
+    }
+
+    fn power_on(&mut self, now: SimTime) {
+        (**self).power_on(now);
+    }
+
     fn next_wake(&self) -> Option<SimTime> {
         (**self).next_wake()
     }
+
     fn advance(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<(), TaskError> {
         (**self).advance(now, plant)
     }
+
     fn poll_transmit(&mut self, bytes: &mut Vec<u8>) -> Option<SimTime> {
         (**self).poll_transmit(bytes)
     }
+
     fn poll_transmit_framed(&mut self, bytes: &mut Vec<u8>) -> Option<(SimTime, bool)> {
         (**self).poll_transmit_framed(bytes)
     }
