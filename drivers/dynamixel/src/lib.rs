@@ -69,7 +69,7 @@ pub use node::ServoNode;
 pub use parser::{Parser, Received};
 pub use profile::{Profile, ProfileLimits};
 pub use protocol::{Packet, ProtocolVersion, Status};
-pub use register::{Access, Bounds, Format, Register, Source, registers};
+pub use register::{Access, Bounds, ByteOrder, Format, Register, Source, registers};
 pub use registers::Registers;
 pub use request::{BulkReads, Kept, Request, Span};
 pub use responder::{Responder, ResponderCounters};

@@ -5,8 +5,10 @@
 pub struct Register {
     /// Address of the first byte.
     pub address: u16,
-    /// Number of bytes, low byte first.
+    /// Number of bytes.
     pub size: u8,
+    /// Order of the bytes.
+    pub order: ByteOrder,
     /// Name: that of the manual in lower case, with underscores.
     pub name: &'static str,
     /// Access from the bus.
@@ -30,6 +32,15 @@ pub enum Format {
     TwosComplement,
     /// Magnitude, and this bit for the sign.
     SignBit(u8),
+}
+
+/// Order of the bytes of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ByteOrder {
+    /// Low byte first.
+    LowFirst,
+    /// High byte first.
+    HighFirst,
 }
 
 /// Access to a register from the bus.
@@ -138,10 +149,18 @@ impl Register {
         if bytes.len() != usize::from(self.size) {
             return None;
         }
-        let is_negative = bytes.last().is_some_and(|byte| *byte >= 0x80);
+        let highest = match self.order {
+            ByteOrder::LowFirst => bytes.last(),
+            ByteOrder::HighFirst => bytes.first(),
+        };
+        let is_negative = highest.is_some_and(|byte| *byte >= 0x80);
         let extended = self.format == Format::TwosComplement && is_negative;
         let mut number = [if extended { 0xff } else { 0 }; 4];
-        number.get_mut(..bytes.len())?.copy_from_slice(bytes);
+        let low_first = number.get_mut(..bytes.len())?;
+        low_first.copy_from_slice(bytes);
+        if self.order == ByteOrder::HighFirst {
+            low_first.reverse();
+        }
         let number = i32::from_le_bytes(number);
         Some(match self.format {
             Format::SignBit(bit) if number >> bit & 1 == 1 => -(number & !(1 << bit)),
@@ -167,7 +186,11 @@ impl Register {
             Format::SignBit(bit) if number < 0 => number.saturating_neg() | 1 << bit,
             _ => number,
         };
-        bits.to_le_bytes()
+        let mut bytes = bits.to_le_bytes();
+        if self.order == ByteOrder::HighFirst {
+            bytes[..usize::from(self.size).min(4)].reverse();
+        }
+        bytes
     }
 
     /// A register that the servo sets.
@@ -175,6 +198,7 @@ impl Register {
         Self {
             address,
             size,
+            order: ByteOrder::LowFirst,
             name,
             access: Access::ReadOnly,
             initial: 0,
@@ -224,6 +248,15 @@ impl Register {
     pub const fn one_of(self, values: &'static [i32]) -> Self {
         Self {
             bounds: Bounds::OneOf(values),
+            ..self
+        }
+    }
+
+    /// The same with the high byte first.
+    #[must_use]
+    pub const fn high_first(self) -> Self {
+        Self {
+            order: ByteOrder::HighFirst,
             ..self
         }
     }

@@ -1,12 +1,15 @@
-//! The inner loops of the STS series.
+//! The inner loops of the STS and SCS series.
 //!
-//! | operating mode | status |
+//! | operating mode of STS | status |
 //! |---|---|
 //! | 0, position | duty cycle at rest and speed of the set-point compared with logs |
 //! | 0, position, acceleration | documented, not compared |
 //! | 1, speed | the set-point moves at the goal; ASSUMED |
 //! | 2, PWM | documented, not compared |
 //! | overload, limits of the supply and of the temperature | documented, not compared |
+//!
+//! Those of SCS are documented, not compared: the law of the position is ASSUMED to be that of STS,
+//! in duty cycle per angle. With both angle limits at 0 the goal is a duty cycle.
 
 use serde::{Deserialize, Serialize};
 use twinrig_dynamixel::{
@@ -20,16 +23,8 @@ use crate::register as r;
 const PERIOD: LocalDuration = LocalDuration::from_nanos(1_000_000);
 const PERIOD_S: f64 = 1e-3;
 
-/// Counts of a turn of the shaft.
-pub(crate) const COUNTS: f64 = 4_096.0;
-/// Position of the shaft at angle 0.
-pub(crate) const CENTRE: i32 = 2_048;
 /// Duty cycle at 100 %.
 const FULL: f64 = 1_000.0;
-/// Duty cycle for an error of one count at a gain of 1 (logs of kscalelabs/sysid).
-const PER_COUNT: f64 = 0.25;
-/// Unit of the greatest speed: 0.732 rev/min, in counts per second.
-const SPEED_LIMIT: f64 = 0.732 / 60.0 * COUNTS;
 /// Unit of the acceleration: 100 counts per second squared, 8.8 °/s².
 const ACCELERATION: f64 = 100.0;
 /// Unit of the current \[A\].
@@ -57,9 +52,70 @@ mod status {
     pub(super) const OVERLOAD: i32 = 1 << 5;
 }
 
-/// Inner loops of a servo of the STS series.
+/// Registers, units and laws in which the series differ.
+#[derive(Debug)]
+pub(crate) struct Series {
+    /// Counts of a turn of the shaft.
+    pub(crate) counts: f64,
+    /// Position of the shaft at angle 0.
+    pub(crate) centre: i32,
+    /// Greatest position; none of an encoder, which turns on.
+    pub(crate) end: Option<f64>,
+    /// Duty cycle for an error of one count at a gain of 1.
+    per_count: f64,
+    /// Greatest duty cycle \[0.1 %\].
+    torque_limit: u16,
+    /// Torque limit after an overload \[1 %\].
+    protective_torque: u16,
+    /// Time of an overload \[10 ms\].
+    protection_time: u16,
+    /// Duty cycle of an overload \[1 %\].
+    overload_torque: u16,
+    /// Greatest speed of the set-point, and its unit \[counts/s\].
+    velocity_limit: (u16, f64),
+    /// Speed from which on the shaft moves, and its unit \[counts/s\].
+    moving_threshold: (u16, f64),
+}
+
+pub(crate) static STS: Series = Series {
+    counts: 4_096.0,
+    centre: 2_048,
+    end: None,
+    // Logs of kscalelabs/sysid.
+    per_count: 0.25,
+    torque_limit: r::TORQUE_LIMIT,
+    protective_torque: r::PROTECTIVE_TORQUE,
+    protection_time: r::PROTECTION_TIME,
+    overload_torque: r::OVERLOAD_TORQUE,
+    // 0.732 rev/min.
+    velocity_limit: (r::MAXIMUM_VELOCITY_LIMIT, 0.732 / 60.0 * 4_096.0),
+    moving_threshold: (r::MOVING_VELOCITY_THRESHOLD, 1.0),
+};
+
+/// A potentiometer of 300°, whose middle is 511 (rustypot 1.13, `scs0009.rs`).
+pub(crate) static SCS: Series = Series {
+    counts: 1_024.0 * 360.0 / 300.0,
+    centre: 511,
+    end: Some(1_023.0),
+    // As STS by the angle. ASSUMED.
+    per_count: 0.25 * 4_096.0 * 300.0 / 360.0 / 1_024.0,
+    torque_limit: r::MAX_TORQUE_LIMIT,
+    protective_torque: r::scs::PROTECTIVE_TORQUE,
+    protection_time: r::scs::PROTECTION_TIME,
+    overload_torque: r::scs::OVERLOAD_TORQUE,
+    velocity_limit: (r::scs::MAXIMUM_VELOCITY_LIMIT, 50.0),
+    moving_threshold: (r::scs::MOVING_VELOCITY_THRESHOLD, 50.0),
+};
+
+/// Inner loops of a servo of the STS or SCS series.
+#[derive(Clone, Debug)]
+pub struct FeetechFirmware {
+    series: &'static Series,
+    state: State,
+}
+
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct StsFirmware {
+struct State {
     /// Mode in which the loops run; none with the torque off.
     running: Option<i32>,
     profile: Profile,
@@ -69,12 +125,27 @@ pub struct StsFirmware {
     overload: i32,
 }
 
-impl StsFirmware {
+impl FeetechFirmware {
+    /// The firmware of the STS series at power-on.
+    pub fn sts() -> Self {
+        Self::of(&STS)
+    }
+
+    /// The firmware of the SCS series at power-on.
+    pub fn scs() -> Self {
+        Self::of(&SCS)
+    }
+
+    fn of(series: &'static Series) -> Self {
+        let state = State::default();
+        Self { series, state }
+    }
+
     /// Returns the duty cycle that the position demands.
     fn position_loop(&mut self, registers: &Registers, position: f64) -> f64 {
         self.follow(registers);
         let get = |address| f64::from(registers.get(address));
-        let error = libm::rint(self.profile.position) - position;
+        let error = libm::rint(self.state.profile.position) - position;
         let dead_zone = get(if error < 0.0 {
             r::CW_DEAD_ZONE
         } else {
@@ -84,18 +155,20 @@ impl StsFirmware {
         if beyond <= 0.0 {
             return 0.0;
         }
-        let duty = get(r::MINIMUM_STARTUP_FORCE) + PER_COUNT * get(r::P_COEFFICIENT) * beyond;
+        let duty =
+            get(r::MINIMUM_STARTUP_FORCE) + self.series.per_count * get(r::P_COEFFICIENT) * beyond;
         libm::trunc(duty).copysign(error)
     }
 
     /// Moves the set-point towards the goal, at the greatest speed and acceleration.
     fn follow(&mut self, registers: &Registers) {
         let get = |address| f64::from(registers.get(address));
-        let most = get(r::MAXIMUM_VELOCITY_LIMIT) * SPEED_LIMIT;
+        let (limit, unit) = self.series.velocity_limit;
+        let most = get(limit) * unit;
         let wanted = get(r::GOAL_VELOCITY);
         if registers.get(r::OPERATING_MODE) == mode::SPEED {
-            self.profile.rate = wanted.clamp(-most, most);
-            self.profile.position += self.profile.rate * PERIOD_S;
+            self.state.profile.rate = wanted.clamp(-most, most);
+            self.state.profile.position += self.state.profile.rate * PERIOD_S;
             return;
         }
         let [low, high] = [r::MIN_POSITION_LIMIT, r::MAX_POSITION_LIMIT].map(get);
@@ -116,24 +189,34 @@ impl StsFirmware {
             speed,
             acceleration,
         };
-        self.profile.approach(goal, limits, PERIOD_S);
+        self.state.profile.approach(goal, limits, PERIOD_S);
+    }
+
+    fn operating_mode(&self, registers: &Registers) -> i32 {
+        let limits = [r::MIN_POSITION_LIMIT, r::MAX_POSITION_LIMIT];
+        let is_motor = self.series.end.is_some() && limits.map(|it| registers.get(it)) == [0, 0];
+        if is_motor {
+            return mode::PWM;
+        }
+        // The SCS series has no such register.
+        registers.get(r::OPERATING_MODE)
     }
 
     /// Returns the greatest duty cycle, less after an overload.
     fn limit(&mut self, registers: &mut Registers) -> f64 {
         let get = |address| registers.get(address);
-        let threshold = 10 * get(r::OVERLOAD_TORQUE);
-        let is_over = libm::fabs(self.duty) > f64::from(threshold);
-        let time = PROTECTION * get(r::PROTECTION_TIME);
-        let limit = f64::from(get(r::TORQUE_LIMIT));
-        if self.overload > time {
+        let threshold = 10 * get(self.series.overload_torque);
+        let is_over = libm::fabs(self.state.duty) > f64::from(threshold);
+        let time = PROTECTION * get(self.series.protection_time);
+        let limit = f64::from(get(self.series.torque_limit));
+        if self.state.overload > time {
             // Until the torque is turned off. ASSUMED.
             let status = get(r::STATUS) | status::OVERLOAD;
-            let protective = 10.0 * f64::from(get(r::PROTECTIVE_TORQUE));
+            let protective = 10.0 * f64::from(get(self.series.protective_torque));
             registers.set(r::STATUS, status);
             return limit.min(protective);
         }
-        self.overload = if is_over { self.overload + 1 } else { 0 };
+        self.state.overload = if is_over { self.state.overload + 1 } else { 0 };
         limit
     }
 
@@ -156,7 +239,7 @@ impl StsFirmware {
     }
 }
 
-impl ServoFirmware for StsFirmware {
+impl ServoFirmware for FeetechFirmware {
     fn period(&self) -> LocalDuration {
         PERIOD
     }
@@ -167,14 +250,19 @@ impl ServoFirmware for StsFirmware {
         measured: &ServoMeasurements,
         _: u64,
     ) -> BridgeCommand {
+        let &Series { counts, centre, .. } = self.series;
         let encoder =
-            libm::rint(measured.angle / core::f64::consts::TAU * COUNTS + f64::from(CENTRE));
-        let in_turn = |counts: f64| counts - libm::floor(counts / COUNTS) * COUNTS;
+            libm::rint(measured.angle / core::f64::consts::TAU * counts + f64::from(centre));
+        let end = self.series.end;
+        let in_turn = |position: f64| match end {
+            Some(end) => position.clamp(0.0, end),
+            None => position - libm::floor(position / counts) * counts,
+        };
         if registers.get(r::TORQUE_ENABLE) == CALIBRATE {
-            registers.set_nearest(r::HOMING_OFFSET, in_turn(encoder) - f64::from(CENTRE));
+            registers.set_nearest(r::HOMING_OFFSET, in_turn(encoder) - f64::from(centre));
             registers.set(r::TORQUE_ENABLE, 0);
         }
-        let in_mode = registers.get(r::OPERATING_MODE);
+        let in_mode = self.operating_mode(registers);
         let turning = encoder - f64::from(registers.get(r::HOMING_OFFSET));
         let counts_turns = registers.get(r::PHASE) & COUNTS_TURNS != 0;
         let shown = if counts_turns {
@@ -188,13 +276,13 @@ impl ServoFirmware for StsFirmware {
         } else {
             shown
         };
-        let velocity = measured.rate / core::f64::consts::TAU * COUNTS;
+        let velocity = measured.rate / core::f64::consts::TAU * counts;
         Self::check_hardware(registers, measured);
         let runs = registers.get(r::TORQUE_ENABLE) == ON;
-        if self.running != runs.then_some(in_mode) {
-            self.running = runs.then_some(in_mode);
-            self.profile = Profile::at(position);
-            (self.duty, self.overload) = (0.0, 0);
+        if self.state.running != runs.then_some(in_mode) {
+            self.state.running = runs.then_some(in_mode);
+            self.state.profile = Profile::at(position);
+            (self.state.duty, self.state.overload) = (0.0, 0);
             if !runs {
                 registers.set(r::STATUS, registers.get(r::STATUS) & !status::OVERLOAD);
             }
@@ -205,30 +293,31 @@ impl ServoFirmware for StsFirmware {
                 _ => self.position_loop(registers, position),
             };
             let limit = self.limit(registers);
-            self.duty = demanded.clamp(-limit, limit);
-            BridgeCommand::Duty(self.duty / FULL)
+            self.state.duty = demanded.clamp(-limit, limit);
+            BridgeCommand::Duty(self.state.duty / FULL)
         } else {
-            (self.profile.position, self.duty) = (position, 0.0);
+            (self.state.profile.position, self.state.duty) = (position, 0.0);
             BridgeCommand::Open
         };
-        let moving = velocity.abs() > f64::from(registers.get(r::MOVING_VELOCITY_THRESHOLD));
+        let (threshold, unit) = self.series.moving_threshold;
+        let moving = velocity.abs() > unit * f64::from(registers.get(threshold));
         registers.set_nearest(r::PRESENT_POSITION, shown);
         registers.set_nearest(r::PRESENT_VELOCITY, velocity);
-        registers.set_nearest(r::PRESENT_LOAD, -self.duty);
+        registers.set_nearest(r::PRESENT_LOAD, -self.state.duty);
         registers.set_nearest(r::PRESENT_VOLTAGE, 10.0 * measured.voltage);
         registers.set_nearest(r::PRESENT_TEMPERATURE, measured.temperature);
         registers.set_nearest(r::PRESENT_CURRENT, measured.current / CURRENT);
         registers.set(r::MOVING, i32::from(moving));
-        registers.set_nearest(r::GOAL_POSITION_2, self.profile.position);
+        registers.set_nearest(r::GOAL_POSITION_2, self.state.profile.position);
         bridge
     }
 
     fn save(&self) -> Snapshot {
-        Snapshot::of(self)
+        Snapshot::of(&self.state)
     }
 
     fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        *self = snapshot.read()?;
+        self.state = snapshot.read()?;
         Ok(())
     }
 }

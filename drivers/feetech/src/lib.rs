@@ -1,12 +1,12 @@
-//! Feetech servos of the STS series. Their packets are those of Dynamixel's protocol 1.0, with sync
-//! read as in 2.0; `twinrig-dynamixel` has them, the driver, the emulated servo and the bus. This
-//! crate adds what differs: the control table as data ([`STS3215`]) and the firmware
-//! ([`StsFirmware`]).
+//! Feetech servos of the STS and SCS series. Their packets are those of Dynamixel's protocol 1.0,
+//! those of STS with sync read as in 2.0; `twinrig-dynamixel` has them, the driver, the emulated
+//! servo and the bus. This crate adds the control tables as data ([`STS3215`], [`SCS0009`]) and the
+//! firmware ([`FeetechFirmware`]). Numbers of the SCS series have the high byte first.
 //!
 //! - Writes are not refused: values are limited, and answers report hardware errors alone. A servo
 //!   does not answer damaged and unknown instructions. ASSUMED.
 //! - Writes to the EEPROM take effect at once, and are lost at a restart while the lock is on.
-//! - The return delay is constant: the register has no effect (manual of the series).
+//! - The return delay is constant: the register has no effect (manual of the STS series).
 //!
 //! ```
 //! use twinrig_dynamixel::{ProtocolVersion, Request, Responder, Span};
@@ -30,13 +30,14 @@
 //! # Ok::<(), twinrig_dynamixel::PacketError>(())
 //! ```
 //!
-//! Out of scope: the SCS series, whose numbers have the high byte first; step mode, bits 0 and 7 of
-//! the phase; the gains `D` and `I` of the position and both of the speed, of which no source says
-//! the effect.
+//! Out of scope: step mode, bits 0 and 7 of the phase; the time of a motion of the SCS series; the
+//! gains `D` and `I` of the position and both of the speed, of which no source says the effect.
 
 mod firmware;
 pub mod register;
+mod scs0009;
 mod sts3215;
 
-pub use firmware::StsFirmware;
+pub use firmware::FeetechFirmware;
+pub use scs0009::SCS0009;
 pub use sts3215::STS3215;

@@ -1,4 +1,4 @@
-//! Addresses of registers.
+//! Addresses of registers of the STS series, and of those of the SCS series that differ.
 
 /// Least goal of the position \[counts\].
 pub const MIN_POSITION_LIMIT: u16 = 9;
@@ -70,3 +70,19 @@ pub const GOAL_POSITION_2: u16 = 71;
 pub const MOVING_VELOCITY_THRESHOLD: u16 = 80;
 /// Greatest speed of the set-point \[0.732 rev/min\].
 pub const MAXIMUM_VELOCITY_LIMIT: u16 = 84;
+
+/// Registers of the SCS series at other addresses than in the STS series.
+pub mod scs {
+    /// Torque limit after an overload \[1 %\].
+    pub const PROTECTIVE_TORQUE: u16 = 37;
+    /// Time of an overload \[10 ms\].
+    pub const PROTECTION_TIME: u16 = 38;
+    /// Duty cycle of an overload \[1 %\].
+    pub const OVERLOAD_TORQUE: u16 = 39;
+    /// Whether writes to the EEPROM are lost at a restart.
+    pub const LOCK: u16 = 48;
+    /// Speed from which on the shaft moves \[50 counts/s\].
+    pub const MOVING_VELOCITY_THRESHOLD: u16 = 79;
+    /// Greatest speed of the set-point \[50 counts/s\].
+    pub const MAXIMUM_VELOCITY_LIMIT: u16 = 82;
+}

@@ -4,14 +4,14 @@ use twinrig_dynamixel::{
 };
 use twinrig_kernel::SimDuration;
 
-use crate::firmware::{CENTRE, COUNTS, StsFirmware};
+use crate::firmware::{FeetechFirmware, STS};
 use crate::register as r;
 
 /// STS3215, by the table in the vendor's manual of the series (doc.feetech.cn, "SMS/STS memory
 /// table"), with names as in `lerobot` 0.4. Lines with another source say so.
 pub static STS3215: ServoKind = ServoKind {
     model: &MODEL,
-    firmware: || Box::new(StsFirmware::default()),
+    firmware: || Box::new(FeetechFirmware::sts()),
     voltage: 12.0,
 };
 
@@ -41,8 +41,8 @@ static MODEL: ServoModel = ServoModel {
     position: PositionScale {
         goal: r::GOAL_POSITION,
         present: r::PRESENT_POSITION,
-        counts_per_turn: COUNTS,
-        centre: CENTRE,
+        counts_per_turn: STS.counts,
+        centre: STS.centre,
         greatest: 4_095,
     },
     derived: &[Derived {

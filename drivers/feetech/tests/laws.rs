@@ -1,9 +1,9 @@
-//! The laws of the driver and three servos STS3215 on a bus.
+//! The laws of the driver and three servos STS3215 or SCS0009 on a bus.
 
 use twinrig_dynamixel::{
-    DynamixelDriver, JointSignals, ReadPattern, ServoBusConfig, ServoConfig, ServoNode,
+    DynamixelDriver, JointSignals, ReadPattern, ServoBusConfig, ServoConfig, ServoKind, ServoNode,
 };
-use twinrig_feetech::STS3215;
+use twinrig_feetech::{SCS0009, STS3215};
 use twinrig_kernel::{BoardClock, Port, SimDuration, Unit};
 use twinrig_testing::laws::{Detection, DeviceSetup};
 use twinrig_wire::{FaultSchedule, UsbPreset, UsbTiming};
@@ -12,16 +12,16 @@ const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
 /// Length of an answer \[bytes\].
 const ANSWER: usize = 8;
 
-fn config(pattern: ReadPattern) -> ServoBusConfig {
+fn config(kind: &'static ServoKind, pattern: ReadPattern) -> ServoBusConfig {
     let servo = |id: u8| ServoConfig {
         name: format!("joint{id}"),
-        kind: &STS3215,
+        kind,
         id,
         registers: Vec::new(),
         settings: Vec::new(),
         signals: JointSignals::of_joint(&format!("joint{id}")),
         command: format!("joint{id}/command"),
-        voltage: 12.0,
+        voltage: kind.voltage,
         temperature: 25.0,
         clock: BoardClock::IDEAL,
     };
@@ -39,8 +39,8 @@ fn config(pattern: ReadPattern) -> ServoBusConfig {
     }
 }
 
-fn setup(pattern: ReadPattern) -> DeviceSetup<DynamixelDriver> {
-    let config = config(pattern);
+fn setup(kind: &'static ServoKind, pattern: ReadPattern) -> DeviceSetup<DynamixelDriver> {
+    let config = config(kind, pattern);
     let signals = config.servos.iter().map(|servo| &servo.signals);
     let ports = signals.flat_map(|it| {
         [
@@ -65,9 +65,13 @@ fn setup(pattern: ReadPattern) -> DeviceSetup<DynamixelDriver> {
 }
 
 mod read {
-    twinrig_testing::laws!(super::setup(super::ReadPattern::Read));
+    twinrig_testing::laws!(super::setup(&super::STS3215, super::ReadPattern::Read));
 }
 
 mod sync_read {
-    twinrig_testing::laws!(super::setup(super::ReadPattern::SyncRead));
+    twinrig_testing::laws!(super::setup(&super::STS3215, super::ReadPattern::SyncRead));
+}
+
+mod high_byte_first {
+    twinrig_testing::laws!(super::setup(&super::SCS0009, super::ReadPattern::Read));
 }

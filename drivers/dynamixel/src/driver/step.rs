@@ -120,18 +120,15 @@ impl Step {
         }
         match self {
             Self::Identify(_) => {
-                let expected = servo.model().item(servo.model().roles.model);
-                let expected = expected.map_or(0, |item| item.initial);
-                match *status.data {
-                    [low, high] if i32::from(u16::from_le_bytes([low, high])) == expected => {
-                        StepOutcome::Done
-                    }
-                    [low, high] => StepOutcome::Failed(format!(
-                        "it is of model {}, not {} ({expected})",
-                        u16::from_le_bytes([low, high]),
+                let item = servo.model().item(servo.model().roles.model);
+                let expected = item.map_or(0, |item| item.initial);
+                match item.and_then(|item| item.decode(status.data)) {
+                    Some(found) if found == expected => StepOutcome::Done,
+                    Some(found) => StepOutcome::Failed(format!(
+                        "it is of model {found}, not {} ({expected})",
                         servo.model().name
                     )),
-                    _ => StepOutcome::Unexpected,
+                    None => StepOutcome::Unexpected,
                 }
             }
             Self::Locate(_) => match servo.model().counts(status.data) {

@@ -7,7 +7,7 @@ use twinrig_dynamixel::{
     DynamixelDriver, Instruction, JointSignals, Packet, Parser, ProtocolVersion, ReadPattern,
     Received, ServoBusConfig, ServoBusWire, ServoConfig, ServoKind, ServoModel,
 };
-use twinrig_feetech::STS3215;
+use twinrig_feetech::{SCS0009, STS3215};
 use twinrig_kernel::{BoardClock, Direction as PortDirection, LocalDuration, SimDuration, signal};
 use twinrig_scenario::{Accepts, FirmwarePlace, OptionSpec, OptionValue, Options};
 
@@ -37,7 +37,7 @@ const DYNAMIXEL: Models = &[
     ("xm430-w350", &XM430_W350),
     ("ax-12a", &AX12A),
 ];
-const FEETECH: Models = &[("sts3215", &STS3215)];
+const FEETECH: Models = &[("sts3215", &STS3215), ("scs0009", &SCS0009)];
 
 /// Returns the models of servos on buses, by their names in scenarios.
 pub fn servo_models() -> impl Iterator<Item = (&'static str, &'static ServoKind)> {

@@ -15,7 +15,8 @@ ABSENT = 9
 BAUD = 1_000_000
 GOALS = [2148, 1998, 2048]
 GOALS_OF_AX = [612, 462, 512]
-# Friction and weight of the leg; a third of that of the AX-12A, whose counts are larger.
+GOALS_OF_SCS = [611, 461, 511]
+# Friction and weight of the leg; a third of that of AX-12A and SCS0009, whose counts are larger.
 WITHIN = 60
 ATTEMPTS = 50
 
@@ -202,10 +203,31 @@ def scservo_sdk(path):
     }
 
 
+def scservo_sdk_scs(path):
+    import scservo_sdk as sdk
+
+    bus = Sdk(sdk, 1, path)
+    word = lambda number, address: bus.repeated(
+        lambda: bus.ok(bus.packets.read2ByteTxRx(bus.port, number, address))
+    )[0]
+    found = {number: bus.ping(number) for number in IDS}
+    for number, goal in zip(IDS, GOALS_OF_SCS):
+        assert bus.write(number, 40, [1]) == 0
+        write = lambda: bus.packets.write2ByteTxRx(bus.port, number, 42, goal)
+        assert bus.repeated(lambda: bus.ok(write()))[1] == 0
+    single = lambda: [word(number, 56) for number in IDS]
+    return {
+        "found": found,
+        "table": bus.read(1, 0, 40),
+        "single": settled(single, WITHIN // 3, GOALS_OF_SCS),
+    }
+
+
 CLIENTS = {
     "dynamixel_sdk": dynamixel_sdk,
     "dynamixel_sdk_ax": dynamixel_sdk_ax,
     "scservo_sdk": scservo_sdk,
+    "scservo_sdk_scs": scservo_sdk_scs,
     "rustypot_xl330": lambda path: rustypot("Xl330PyController", path),
     "rustypot_sts3215": lambda path: rustypot("Sts3215PyController", path),
 }

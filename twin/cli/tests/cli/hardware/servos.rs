@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use twinrig_dynamixel::ax::AX12A;
 use twinrig_dynamixel::x::XL330_M288;
 use twinrig_dynamixel::{Registers, ServoKind, Span};
-use twinrig_feetech::STS3215;
+use twinrig_feetech::{SCS0009, STS3215};
 use twinrig_testing::python;
 
 use super::Running;
@@ -148,6 +148,17 @@ fn scservo_sdk_finds_commands_and_reads_sts3215() {
     for positions in ["positions", "single"] {
         assert_reached(&found[positions], GOALS, WITHIN);
     }
+}
+
+/// Numbers of the SCS series have the high byte first, by the option of the library.
+#[test]
+fn scservo_sdk_finds_commands_and_reads_scs0009() {
+    let Some(found) = client("scservo_sdk_scs", "scservo_sdk", "feetech", "scs0009") else {
+        return;
+    };
+    assert_eq!(found["found"], models(1_284));
+    assert_eq!(found["table"], table(&SCS0009, 0, 40));
+    assert_reached(&found["single"], [611, 461, 511], WITHIN / 3);
 }
 
 #[test]

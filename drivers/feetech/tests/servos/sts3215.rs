@@ -5,16 +5,15 @@ use std::path::PathBuf;
 
 use serde_json::Value;
 use twinrig_dynamixel::{
-    BridgeCommand, BulkReads, JointSignals, ProtocolVersion, ReadPattern, Registers, Request,
-    Responder, ServoBusConfig, ServoConfig, ServoFirmware, ServoMeasurements, Span,
+    BridgeCommand, BulkReads, ProtocolVersion, ReadPattern, Registers, Request, Responder,
+    ServoFirmware, ServoMeasurements, Span,
 };
-use twinrig_feetech::{STS3215, StsFirmware, register as r};
-use twinrig_kernel::{BoardClock, SimDuration, SimTime};
-use twinrig_runtime::Driver;
-use twinrig_testing::wired_harness::WiredHarness;
-use twinrig_wire::{FaultSchedule, Piece, UsbPreset, UsbTiming};
+use twinrig_feetech::{FeetechFirmware, STS3215, register as r};
+use twinrig_kernel::{SimDuration, SimTime};
+use twinrig_wire::Piece;
 
-const BYTE_TIME: SimDuration = SimDuration::from_micros(10);
+use crate::{BYTE_TIME, answer, bus, check_commands, harness};
+
 /// 12 V, room temperature.
 const AT_REST: ServoMeasurements = ServoMeasurements {
     angle: 0.0,
@@ -29,7 +28,7 @@ const AT_REST: ServoMeasurements = ServoMeasurements {
 fn load(gain: i32, angle: f64, goal: i32, periods: u32) -> i32 {
     let mut registers = Registers::new(STS3215.model);
     registers.set(r::P_COEFFICIENT, gain);
-    let mut firmware = StsFirmware::default();
+    let mut firmware = FeetechFirmware::sts();
     let measured = ServoMeasurements { angle, ..AT_REST };
     firmware.step(&mut registers, &measured, 0);
     registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
@@ -105,7 +104,7 @@ fn duty_cycle_at_rest_is_that_of_a_real_servo() {
 #[test]
 fn set_point_has_the_greatest_speed_of_the_logs() {
     let mut registers = Registers::new(STS3215.model);
-    let mut firmware = StsFirmware::default();
+    let mut firmware = FeetechFirmware::sts();
     firmware.step(&mut registers, &AT_REST, 0);
     registers.write(r::TORQUE_ENABLE, &[1]).unwrap();
     registers.set(r::GOAL_POSITION, 2_048 + 2_000);
@@ -115,26 +114,6 @@ fn set_point_has_the_greatest_speed_of_the_logs() {
     // 3250 counts/s.
     let moved = registers.get(r::GOAL_POSITION_2) - 2_048;
     assert!((1_299..=1_301).contains(&moved), "{moved}");
-}
-
-/// Passes a request to a servo, and returns its answer.
-fn answer(servo: &mut Responder, now: &mut SimTime, request: Request<'_>, id: u8) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    request
-        .encode(ProtocolVersion::One, id, &mut bytes)
-        .unwrap();
-    let piece = Piece {
-        first: *now + BYTE_TIME,
-        spacing: BYTE_TIME,
-        bytes: &bytes,
-        framing_error: false,
-    };
-    servo.receive(piece);
-    servo.handle(piece.last());
-    *now = piece.last() + SimDuration::from_millis(10);
-    let mut answer = Vec::new();
-    servo.poll_transmit(&mut answer);
-    answer
 }
 
 #[test]
@@ -203,7 +182,7 @@ fn instructions_that_are_not_executed_are_not_answered() {
 #[test]
 fn positions_do_not_count_turns() {
     let mut registers = Registers::new(STS3215.model);
-    let mut firmware = StsFirmware::default();
+    let mut firmware = FeetechFirmware::sts();
     let far = ServoMeasurements {
         angle: 4.0,
         ..AT_REST
@@ -234,7 +213,7 @@ fn the_status_level_leaves_reads_and_pings() {
 #[test]
 fn the_position_becomes_the_middle_on_demand() {
     let mut registers = Registers::new(STS3215.model);
-    let mut firmware = StsFirmware::default();
+    let mut firmware = FeetechFirmware::sts();
     let measured = ServoMeasurements {
         angle: 0.5,
         ..AT_REST
@@ -260,60 +239,16 @@ fn an_overload_limits_the_torque() {
 /// sync reads; protocol 1.0 has no fast sync read.
 #[test]
 fn joints_reach_their_commands_on_a_bus() {
-    let names = ["hip", "knee"].map(str::to_owned);
-    let servo = |(id, name): (u8, &String)| ServoConfig {
-        name: name.clone(),
-        kind: &STS3215,
-        id,
-        registers: Vec::new(),
-        settings: vec![(r::ACCELERATION, 0)],
-        signals: JointSignals::of_joint(name),
-        command: format!("{name}/command"),
-        voltage: 12.0,
-        temperature: 30.0,
-        clock: BoardClock::IDEAL,
-    };
-    let mut config = ServoBusConfig {
-        name: "sts".to_owned(),
-        servos: (1..).zip(&names).map(servo).collect(),
-        byte_time: BYTE_TIME,
-        pattern: ReadPattern::SyncRead,
-        period: SimDuration::from_millis(20),
-        timeout: SimDuration::from_millis(5),
-        usb: UsbTiming::preset(UsbPreset::Earliest),
-        turnaround: SimDuration::ZERO,
-        faults: FaultSchedule::default(),
-        seed: 1,
-    };
+    let mut config = bus(&STS3215, ReadPattern::SyncRead);
     for pattern in [ReadPattern::SyncRead, ReadPattern::Read] {
         config.pattern = pattern;
-        let (driver, wire) = (config.driver().unwrap(), config.wire().unwrap());
-        let mut harness = WiredHarness::new(driver, wire, &names);
-        harness.open().unwrap();
-        harness.transfers(60, config.period, &[0.6, -0.3]);
         // A dead zone of one count, and rounding.
-        for (found, command) in harness.driver.to_process().iter().zip([0.6, -0.3]) {
-            assert!(
-                (found - command).abs() < 3.1e-3,
-                "{pattern:?} {found} {command}"
-            );
-        }
-        for name in ["lost", "refused", "damaged", "unexpected", "garbage"] {
-            assert_eq!(
-                harness.diagnostic(&format!("sts/{name}")),
-                0.0,
-                "{pattern:?} {name}"
-            );
-        }
-        harness.close().unwrap();
-        assert_eq!(harness.joints.inputs, [0.0; 4]);
+        check_commands(&config, 3.1e-3);
     }
     // A servo in overload is not opened.
     config.servos[0].registers = vec![(r::STATUS, 0x20)];
     config.pattern = ReadPattern::SyncRead;
-    let (driver, wire) = (config.driver().unwrap(), config.wire().unwrap());
-    let mut harness = WiredHarness::new(driver, wire, &names);
-    let error = harness.open().unwrap_err();
+    let error = harness(&config).open().unwrap_err();
     assert!(
         error.starts_with("hip (id 1): it reports a hardware error"),
         "{error}"
