@@ -8,6 +8,7 @@ mod checked;
 mod device;
 #[path = "../../twin/cli/templates/driver/src/driver.rs"]
 mod driver;
+mod laws;
 #[path = "../../twin/cli/templates/driver/src/protocol.rs"]
 mod protocol;
 #[path = "../../twin/cli/templates/driver/src/timing.rs"]

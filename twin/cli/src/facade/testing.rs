@@ -1,5 +1,6 @@
 //! Test harnesses, with the cargo feature `testing`: drivers and emulated devices step by step,
-//! rigs around a driver, framing, plants with commands and signals, robots, other programs.
+//! rigs around a driver, framing, laws of drivers with their devices, plants with commands and
+//! signals, robots, other programs.
 //!
 //! ```toml
 //! [dev-dependencies]

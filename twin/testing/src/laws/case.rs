@@ -56,8 +56,7 @@ pub enum DamageKind {
 pub enum Detection {
     /// All of [`DamageKind`], up to a chance of one in some ten thousands: a CRC of 16 bits.
     AllDamage,
-    /// Wrong bits, losses of whole transmissions and delays, but not shifted bytes: a sum of 8 or
-    /// 16 bits.
+    /// Wrong bits, delays and whole frames, but not shifted bytes: a sum of 8 or 16 bits.
     WrongBits,
 }
 
