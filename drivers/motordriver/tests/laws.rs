@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use twinrig_kernel::{Port, SimDuration, Unit};
 use twinrig_motordriver::{Bus, BusConfig, BusTopology, MotorBoard, MotorDriver};
-use twinrig_testing::laws::{Detection, DeviceSetup};
+use twinrig_testing::laws::{Detection, DeviceSetup, Traffic};
 
 /// Length of a reply with measurements \[bytes\].
 const REPLY: usize = 32;
@@ -60,6 +60,10 @@ fn setup() -> DeviceSetup<MotorDriver> {
     .with_period(PERIOD)
     .with_deadline(SimDuration::from_secs(8))
     .with_detection(Detection::WrongBits, REPLY)
+    .with_traffic(|driver, _| {
+        let discarded = ["garbage", "damaged", "strays"];
+        Traffic::of_diagnostics(driver, [&["answers"], &["errors"], &discarded[..]])
+    })
 }
 
 // Not `cuts_change_nothing`: a packet behind a damaged answer, which ends the wait, is counted as a

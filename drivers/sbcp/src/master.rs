@@ -178,9 +178,7 @@ impl Master {
         while let State::Waiting(_) = self.state {
             let Some(packet) = self.parser.next(&mut rest) else {
                 self.handle_damaged();
-                let garbled = u64::from(self.parser.skipped() > skipped);
-                self.traffic
-                    .error(TrafficError::Garbled, None, garbled, now);
+                self.record_garbled(skipped, now);
                 return;
             };
             let response = Response::parse(&packet);
@@ -214,6 +212,7 @@ impl Master {
             State::Idle | State::Writing | State::Waiting(_) => {}
         }
         // A false header may hide a packet behind it.
+        let skipped = self.parser.skipped();
         while let State::Waiting(_) = self.state {
             let Some(packet) = self.parser.give_up() else {
                 break;
@@ -221,6 +220,7 @@ impl Master {
             let response = Response::parse(&packet);
             self.handle_response(response.ok());
         }
+        self.record_garbled(skipped, now);
         if let State::Waiting(_) = self.state {
             self.abandon();
             for index in self.outstanding() {

@@ -99,6 +99,13 @@ impl Master {
         }
     }
 
+    /// Records an error if the parser has skipped bytes beyond `before`.
+    pub(super) fn record_garbled(&mut self, before: u64, now: HostTime) {
+        let garbled = u64::from(self.parser.skipped() > before);
+        let kind = TrafficError::Garbled;
+        self.traffic.error(kind, None, garbled, now);
+    }
+
     /// Looks for late answers in bytes that are not part of a transfer.
     pub(super) fn inspect_unsolicited(&mut self, bytes: &[u8]) {
         let skipped = self.unsolicited_parser.skipped();

@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use crate::support::{Rig, Transmitter, frame, micros, slave_with};
 use proptest::prelude::*;
-use twinrig_kernel::stream;
-use twinrig_sbcp::codes::{CLASS_CONTROLLER, CLASS_MOTORDRIVER};
+use twinrig_kernel::{HostTime, stream};
+use twinrig_sbcp::codes::{CLASS_CONTROLLER, CLASS_MOTORDRIVER, HEADER};
 use twinrig_sbcp::{
-    Address, AnswerPolicy, ControllerConfig, ErrorCode, ForwardingMode, Instruction, MasterConfig,
-    Request, RequestError, SlaveConfig, Topology,
+    Address, AnswerPolicy, ControllerConfig, ErrorCode, ForwardingMode, Instruction, Master,
+    MasterConfig, Request, RequestError, SlaveConfig, Topology,
 };
 
 /// Latency of the host in both directions.
@@ -475,4 +475,19 @@ fn damaged_answer_ends_the_wait_without_a_controller() {
         assert!(all_good(&outcomes));
         assert_eq!(found, 4 * good);
     }
+}
+
+/// A beginning of an answer that the time-out discards is an error of its own in the traffic.
+#[test]
+fn beginning_of_an_answer_is_reported_at_the_time_out() {
+    let mut master = Master::new(MasterConfig::new(Topology::Direct));
+    let now = HostTime::from_nanos(1_000_000);
+    master.cycle(now, &frame()[..1]).unwrap();
+    assert!(master.poll_transmit(&mut Vec::new()));
+    master.handle_bytes(now, &[HEADER, CLASS_MOTORDRIVER, 1, 16, 0]);
+    let due = master.poll_timeout().unwrap();
+    master.handle_timeout(due);
+    let health = master.traffic().health(due, None, |_| String::new());
+    let kinds: Vec<_> = health.errors.iter().map(|error| error.kind).collect();
+    assert_eq!(kinds, ["bytes outside frames", "no answer"]);
 }
