@@ -5,7 +5,7 @@
 //!   driven.
 //! - [`rig_harness`]: a rig around a driver and its wire, with a scripted process and a plant of
 //!   known signals.
-//! - [`laws`]: laws that hold for every driver with its devices, and find the faults of one.
+//! - [`mod@laws`]: laws that hold for every driver with its devices, and find the faults of one.
 //! - [`framing`]: properties of the messages of a framed protocol.
 //! - [`real_time`]: a protocol, both of its ends and a process, for runs in real time.
 //! - [`plant_harness`]: a plant with its commands, signals and time.
