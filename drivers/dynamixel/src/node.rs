@@ -20,7 +20,8 @@ const BOOT_TIME: SimDuration = SimDuration::from_millis(500);
 /// the duty cycle of the bridge and whether it is closed.
 ///
 /// Diagnostics, `BUS/SERVO/…`, counted from the first power-on: `instructions`, `answers`,
-/// `refused`, `damaged`, `framing_errors` ([`crate::ResponderCounters`]), `unheard`, bytes outside packets.
+/// `refused`, `damaged`, `framing_errors` ([`crate::ResponderCounters`]), `unheard`, bytes outside
+/// packets.
 pub struct ServoNode {
     config: ServoConfig,
     /// Prefix of the diagnostics.

@@ -79,10 +79,17 @@ pub enum WireError {
         /// Cause.
         source: BoardClockError,
     },
-    /// A fault that acts on all bytes selects some.
+    /// A fault that acts on boards has a direction of bytes.
+    #[error("a fault `{kind}` on {on} acts on boards, not on bytes: give no direction")]
+    Direction {
+        /// Place of the fault.
+        on: String,
+        /// Name of the kind of fault.
+        kind: &'static str,
+    },
+    /// A fault that does not act on frames chooses some, or a phase.
     #[error(
-        "a fault `{kind}` on {on} acts in a window of time only: give neither frames nor phase, \
-         nor, if it acts on boards, a direction"
+        "a fault `{kind}` on {on} acts in a window of time only: give neither frames nor phase"
     )]
     Selection {
         /// Place of the fault.

@@ -136,27 +136,23 @@ impl Fault {
     /// Checks that the probability or rate lies in \[0, 1\], and that the fault can act on the part
     /// of the traffic that it selects.
     pub(crate) fn check(&self) -> Result<(), WireError> {
-        let on = || self.on.clone();
         let select = &self.select;
-        let directed = self.kind.acts_on_boards() && select.direction.is_some();
-        let chosen = select.frames.is_some() || select.phase.is_some();
-        if directed || (chosen && !self.kind.selects()) {
-            return Err(WireError::Selection {
-                on: on(),
-                kind: self.kind.name(),
-            });
+        let (on, kind) = (self.on.clone(), self.kind.name());
+        if self.kind.acts_on_boards() && select.direction.is_some() {
+            return Err(WireError::Direction { on, kind });
+        }
+        if !self.kind.selects() && (select.frames.is_some() || select.phase.is_some()) {
+            return Err(WireError::Selection { on, kind });
         }
         if let Some(FrameCount::Nth(0) | FrameCount::Every(0)) =
             select.frames.as_ref().map(|frames| frames.count)
         {
-            return Err(WireError::FrameNumber { on: on() });
+            return Err(WireError::FrameNumber { on });
         }
         match self.chance() {
-            Some((what, value)) if !(0.0..=1.0).contains(&value) => Err(WireError::Probability {
-                on: on(),
-                what,
-                value,
-            }),
+            Some((what, value)) if !(0.0..=1.0).contains(&value) => {
+                Err(WireError::Probability { on, what, value })
+            }
             _ => Ok(()),
         }
     }

@@ -1,10 +1,10 @@
 //! Laws that hold for every driver with its devices: one call each in a `proptest!`, or all of them
 //! by [`laws!`](crate::laws!).
 //!
-//! A [`DeviceSetup`] makes a driver and its devices ([`twinrig_wire::Node`]) anew for each run. They
-//! are connected by a line in virtual time, to a plant whose outputs rise in steps of known values.
-//! Between driver and line is a cable that damages bytes in both directions as a [`Case`] has it:
-//! wrong bits, lost, doubled and inserted bytes, delays, foreign frames and old ones.
+//! A [`DeviceSetup`] makes a driver and its devices ([`twinrig_wire::Node`]) anew for each run.
+//! They are connected by a line in virtual time, to a plant whose outputs rise in steps of known
+//! values. Between driver and line is a cable that damages bytes in both directions as a [`Case`]
+//! has it: wrong bits, lost, doubled and inserted bytes, delays, foreign frames and old ones.
 //!
 //! | law | |
 //! |---|---|
@@ -133,8 +133,8 @@
 //! });
 //! ```
 //!
-//! A [`Violation`] names the law, the instant and the values. The cases are drawn by proptest, which
-//! finds a smallest one. [`config`] keeps the seeds of failures in a folder `regressions/` beside
+//! A [`Violation`] names the law, the instant and the values. The cases are drawn by proptest,
+//! which finds a smallest one. [`config`] keeps the seeds of failures in a folder `regressions/` beside
 //! the test, from which they are replayed first.
 //!
 //! Out of scope: collisions and damage between the devices of one bus, which
@@ -173,8 +173,8 @@ pub use proptest;
 /// Tests of a driver and its devices, one for each law: `laws!(setup())`. Of some laws only:
 /// `laws!(setup(); values_were_sent, recovers)`.
 ///
-/// The setup is a [`DeviceSetup`], made anew for each case. Two setups in one file are in modules of
-/// their own.
+/// The setup is a [`DeviceSetup`], made anew for each case. Two setups in one file are in modules
+/// of their own.
 #[macro_export]
 macro_rules! laws {
     ($setup:expr) => {

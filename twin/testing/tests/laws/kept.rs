@@ -9,8 +9,8 @@ use twinrig_testing::laws::{self, Case};
 
 use crate::{Flaw, setup};
 
-/// Runs a law on a driver with a flaw, as a `proptest!` in this source file; returns its first case,
-/// its failure, and the smallest case that fails.
+/// Runs a law on a driver with a flaw, as a `proptest!` in this source file; returns its first
+/// case, its failure, and the smallest case that fails.
 fn run(source: &'static str) -> (Case, String, Case) {
     let mut config = laws::config();
     config.source_file = Some(source);
