@@ -1,7 +1,11 @@
-use std::ops::Range;
+use std::fmt::Debug;
+use std::ops::RangeInclusive;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::strategy::Union;
+
+use super::case_ranges::{CASE_RANGES, DrawnKind, ListRanges};
 
 /// What happens to the course of a run, drawn by [`cases`]. Each law uses the part that concerns
 /// it.
@@ -70,36 +74,40 @@ impl Detection {
     }
 }
 
-fn damage(kinds: impl Strategy<Value = DamageKind>) -> impl Strategy<Value = Damage> {
-    (0_u8..30, kinds).prop_map(|(after, kind)| Damage { after, kind })
+/// Returns the strategy of a number of damages of those kinds of [`CASE_RANGES`] that are included.
+fn damages(
+    count: &RangeInclusive<usize>,
+    is_included: fn(&DrawnKind) -> bool,
+) -> impl Strategy<Value = Vec<Damage>> + use<> {
+    let included = CASE_RANGES.kinds.iter().filter(|it| is_included(it));
+    let kinds = included.map(|it| (it.weight, it.number.clone().prop_map(it.kind)));
+    let kinds = Union::new_weighted(kinds.collect());
+    let damage = (CASE_RANGES.after.clone(), kinds);
+    vec(
+        damage.prop_map(|(after, kind)| Damage { after, kind }),
+        count.clone(),
+    )
 }
 
-fn byte_damage() -> impl Strategy<Value = DamageKind> {
-    prop_oneof![
-        4 => (0_u8..8).prop_map(DamageKind::WrongBit),
-        // Mostly single bytes, and now and then a whole answer.
-        2 => prop_oneof![1_u8..4, 4_u8..40].prop_map(DamageKind::Loss),
-        1 => Just(DamageKind::DoubleByte),
-        1 => any::<u8>().prop_map(DamageKind::Insertion),
-        1 => (1_u16..1500).prop_map(DamageKind::Delay),
-    ]
+fn list<T>(ranges: &ListRanges<T>) -> impl Strategy<Value = Vec<T>> + use<T>
+where
+    T: Clone + Debug,
+    RangeInclusive<T>: Strategy<Value = T>,
+{
+    vec(ranges.number.clone(), ranges.length.clone())
 }
 
-/// Returns the strategy of the cases of all laws.
+/// Returns the strategy of the cases of all laws: those of [`CASE_RANGES`].
 pub fn cases() -> impl Strategy<Value = Case> {
-    const DAMAGES: Range<usize> = 0..16;
-    let to_driver = prop_oneof![
-        3 => byte_damage(),
-        1 => any::<u8>().prop_map(DamageKind::Frame),
-    ];
+    let ranges = &CASE_RANGES;
     (
-        vec(damage(to_driver), DAMAGES),
-        vec(damage(byte_damage()), 0..5),
-        vec(1_u8..12, 1..5),
-        vec(40_u16..600, 1..5),
-        any::<u16>(),
-        0_u16..1000,
-        vec(any::<u8>(), 1..48),
+        damages(&ranges.to_driver, |_| true),
+        damages(&ranges.to_devices, |it| it.to_devices),
+        list(&ranges.pieces),
+        list(&ranges.looks),
+        ranges.saved.clone(),
+        ranges.saved_at.clone(),
+        list(&ranges.garbage),
     )
         .prop_map(
             |(to_driver, to_devices, pieces, looks, saved, saved_at, garbage)| Case {

@@ -142,6 +142,7 @@
 
 mod cable;
 mod case;
+mod case_ranges;
 mod inserted_frame;
 mod log;
 mod probe;
@@ -157,7 +158,10 @@ mod turns;
 mod values;
 mod violation;
 
+use twinrig_runtime::Driver;
+
 pub use case::{Case, Damage, DamageKind, Detection, cases};
+pub use case_ranges::{CASE_RANGES, CaseRanges, DrawnKind, ListRanges};
 pub use recovery::recovers;
 pub use regressions::config;
 pub use resources::{meets_the_deadline, queues_stay_bounded};
@@ -169,6 +173,23 @@ pub use violation::Violation;
 
 #[doc(hidden)]
 pub use proptest;
+
+/// A law.
+pub type Law<D> = fn(&DeviceSetup<D>, &Case) -> Result<(), Violation>;
+
+/// Returns all laws with their names.
+pub fn all<D: Driver>() -> [(&'static str, Law<D>); 8] {
+    [
+        ("values_were_sent", values_were_sent),
+        ("traffic_adds_up", traffic_adds_up),
+        ("cuts_change_nothing", cuts_change_nothing),
+        ("looks_change_nothing", looks_change_nothing),
+        ("restores_in_mid_frame", restores_in_mid_frame),
+        ("recovers", recovers),
+        ("queues_stay_bounded", queues_stay_bounded),
+        ("meets_the_deadline", meets_the_deadline),
+    ]
+}
 
 /// Tests of a driver and its devices, one for each law: `laws!(setup())`. Of some laws only:
 /// `laws!(setup(); values_were_sent, recovers)`.

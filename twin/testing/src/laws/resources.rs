@@ -131,7 +131,7 @@ pub fn queues_stay_bounded<D: Driver>(
         }
     }
     let signals = PlantSignals::of(&setup.ports);
-    let mut plant = Stairs::new(&signals, setup.levels, setup.period);
+    let mut plant = Stairs::new(&signals, &setup.levels, setup.period);
     for mut node in (setup.nodes)() {
         node.connect("laws", &signals)
             .unwrap_or_else(|error| panic!("the plant of the setup: {error}"));

@@ -110,7 +110,7 @@ impl<'s, D: Driver> Session<'s, D> {
             driver: (setup.driver)(),
             wire,
             tap,
-            plant: Stairs::new(&signals, setup.levels, setup.period),
+            plant: Stairs::new(&signals, &setup.levels, setup.period),
             to_driver,
             to_devices,
             now,

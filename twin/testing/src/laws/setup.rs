@@ -1,8 +1,13 @@
+use std::rc::Rc;
+
 use twinrig_kernel::{Direction, HostTime, Layout, Port, SimDuration};
 use twinrig_runtime::{Driver, Wire};
 use twinrig_wire::{Duplex, HostEnd, Line, Node, Rs485, Uart};
 
 use super::{Case, Damage, Detection};
+
+/// Outputs of the plant, by level and component.
+pub(super) type Levels = Rc<dyn Fn(usize, usize) -> f64>;
 
 /// Devices of a bus.
 pub type Nodes = Vec<Box<dyn Node>>;
@@ -15,8 +20,8 @@ pub struct DeviceSetup<D> {
     pub(super) wire: Box<dyn Fn(Nodes) -> Box<dyn Wire>>,
     pub(super) byte_time: SimDuration,
     pub(super) ports: Vec<Port>,
-    pub(super) levels: fn(usize, usize) -> f64,
-    pub(super) commands: fn(usize, usize) -> f64,
+    pub(super) levels: Levels,
+    pub(super) commands: Box<dyn Fn(usize, usize) -> f64>,
     pub(super) period: SimDuration,
     pub(super) recovery: usize,
     pub(super) deadline: SimDuration,
@@ -128,8 +133,8 @@ impl<D: Driver> DeviceSetup<D> {
             wire: Box::new(move |nodes| direct_wire(byte_time, nodes)),
             byte_time,
             ports,
-            levels: |level, component| 0.01 * level as f64 + 0.001 * component as f64,
-            commands: |_, _| 0.0,
+            levels: Rc::new(|level, component| 0.01 * level as f64 + 0.001 * component as f64),
+            commands: Box::new(|_, _| 0.0),
             period,
             recovery: 2,
             deadline: SimDuration::from_secs(1),
@@ -154,15 +159,15 @@ impl<D: Driver> DeviceSetup<D> {
     /// component must have another value at each level, as the driver reports it: a device that
     /// filters, or adds noise, is set up without.
     #[must_use]
-    pub fn with_levels(mut self, levels: fn(usize, usize) -> f64) -> Self {
-        self.levels = levels;
+    pub fn with_levels(mut self, levels: impl Fn(usize, usize) -> f64 + 'static) -> Self {
+        self.levels = Rc::new(levels);
         self
     }
 
     /// Sets the commands by number of the transfer and component.
     #[must_use]
-    pub fn with_commands(mut self, commands: fn(usize, usize) -> f64) -> Self {
-        self.commands = commands;
+    pub fn with_commands(mut self, commands: impl Fn(usize, usize) -> f64 + 'static) -> Self {
+        self.commands = Box::new(commands);
         self
     }
 

@@ -3,13 +3,15 @@ use std::ops::Range;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_runtime::{PlantAccess, PlantFault, PlantSignals};
 
+use super::setup::Levels;
+
 /// Periods that a level lasts.
 pub(super) const PERIODS_PER_LEVEL: u64 = 3;
 
 /// Plant whose outputs rise in steps, and which records its inputs.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) struct Stairs {
-    levels: fn(usize, usize) -> f64,
+    levels: Levels,
     period: SimDuration,
     pub(super) now: SimTime,
     pub(super) inputs: Vec<f64>,
@@ -17,13 +19,9 @@ pub(super) struct Stairs {
 }
 
 impl Stairs {
-    pub(super) fn new(
-        signals: &PlantSignals,
-        levels: fn(usize, usize) -> f64,
-        period: SimDuration,
-    ) -> Self {
+    pub(super) fn new(signals: &PlantSignals, levels: &Levels, period: SimDuration) -> Self {
         Self {
-            levels,
+            levels: levels.clone(),
             period,
             now: SimTime::ZERO,
             inputs: vec![0.0; signals.inputs.len()],

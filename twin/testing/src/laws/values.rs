@@ -74,7 +74,7 @@ fn values_in_order<D: Driver>(clean: &Session<'_, D>) -> Vec<Vec<u64>> {
     }
     assert!(
         sent.is_empty() || sent.iter().any(|values| values.len() > 3),
-        "the driver reports one value at several levels of the plant: see `with_levels`"
+        "the driver reports one value at several levels of the plant: choose other levels"
     );
     sent
 }

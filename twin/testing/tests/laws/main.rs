@@ -6,7 +6,7 @@ mod toy;
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use twinrig_kernel::SimDuration;
-use twinrig_testing::laws::{self, Case, DeviceSetup, Traffic, Violation};
+use twinrig_testing::laws::{self, DeviceSetup, Law, Traffic, Violation};
 
 use toy::{ToyBoard, ToyDriver, ToyEmulation};
 
@@ -32,19 +32,6 @@ enum Flaw {
     BytesPostponeTimeOut,
 }
 
-type Law = fn(&DeviceSetup<ToyDriver>, &Case) -> Result<(), Violation>;
-
-const LAWS: [(&str, Law); 8] = [
-    ("values_were_sent", laws::values_were_sent),
-    ("traffic_adds_up", laws::traffic_adds_up),
-    ("cuts_change_nothing", laws::cuts_change_nothing),
-    ("looks_change_nothing", laws::looks_change_nothing),
-    ("restores_in_mid_frame", laws::restores_in_mid_frame),
-    ("recovers", laws::recovers),
-    ("queues_stay_bounded", laws::queues_stay_bounded),
-    ("meets_the_deadline", laws::meets_the_deadline),
-];
-
 fn setup(flaw: Option<Flaw>) -> DeviceSetup<ToyDriver> {
     let driver = move || ToyDriver::new(flaw);
     let board = || vec![Box::new(ToyBoard::new(ToyEmulation::default())) as _];
@@ -66,7 +53,7 @@ fn setup(flaw: Option<Flaw>) -> DeviceSetup<ToyDriver> {
 }
 
 /// Returns the first violation of a law in some cases.
-fn first_violation(law: Law, flaw: Option<Flaw>, cases: u32) -> Option<Violation> {
+fn first_violation(law: Law<ToyDriver>, flaw: Option<Flaw>, cases: u32) -> Option<Violation> {
     let setup = setup(flaw);
     let mut runner = TestRunner::deterministic();
     (0..cases).find_map(|_| {
@@ -102,7 +89,8 @@ fn each_flaw_is_found_by_its_law() {
         (F::BytesPostponeTimeOut, "meets_the_deadline"),
     ];
     for (flaw, name) in expected {
-        let law = LAWS.into_iter().find(|(law, _)| *law == name).unwrap().1;
+        let mut laws = laws::all().into_iter();
+        let (_, law) = laws.find(|(law, _)| *law == name).unwrap();
         let found = first_violation(law, Some(flaw), 64);
         let found = found.unwrap_or_else(|| panic!("{name} does not find {flaw:?}"));
         assert_eq!(found.law, name, "{flaw:?}: {found}");
