@@ -24,7 +24,7 @@ pub(crate) fn kind(
     exceptions: &Exceptions,
     objects: &PartObjects,
 ) -> PyResult<ControllerKind> {
-    let source = Arc::new(Source::new(given, "step"));
+    let source = Arc::new(Source::new(given, &["step"]));
     let variables = variables(&source.object(given.py())?)?;
     let (exceptions, objects) = (exceptions.clone(), objects.clone());
     let build = {

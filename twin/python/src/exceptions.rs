@@ -1,6 +1,6 @@
 //! Exceptions of Python parts: each is kept until the call that runs the parts raises it.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::prelude::*;
 
@@ -15,14 +15,22 @@ impl Exceptions {
     /// Keeps an exception, unless there is an earlier one, and returns its text.
     pub(crate) fn keep(&self, py: Python<'_>, exception: PyErr) -> String {
         let text = text(py, &exception);
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        kept.get_or_insert(exception);
+        self.kept().get_or_insert(exception);
         text
+    }
+
+    /// Whether there is one.
+    pub(crate) fn any(&self) -> bool {
+        self.kept().is_some()
     }
 
     /// Takes the exception, if there is one.
     pub(crate) fn take(&self) -> Option<PyErr> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.kept().take()
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Option<PyErr>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

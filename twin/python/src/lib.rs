@@ -25,6 +25,7 @@ mod fmu;
 mod fork;
 mod interpreter;
 mod lanes;
+mod laws;
 mod part;
 mod part_objects;
 mod parts;
@@ -58,6 +59,8 @@ mod _native {
     use crate::fork::forked;
     #[pymodule_export]
     use crate::lanes::{PyLane, step_lanes};
+    #[pymodule_export]
+    use crate::laws::{case_ranges, check_law, check_setup};
     #[pymodule_export]
     use crate::program::{command, main};
     #[pymodule_export]

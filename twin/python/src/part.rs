@@ -12,18 +12,18 @@ use crate::exceptions::Exceptions;
 use crate::part_objects::{PartObjects, SharedObject};
 
 /// Source of a part: a class or another callable, which is called for every rig, or an object with
-/// the method `method`, of which every rig gets a deep copy. So no run depends on an earlier one.
+/// its methods, of which every rig gets a deep copy. So no run depends on an earlier one.
 pub(crate) struct Source {
     given: Py<PyAny>,
-    method: &'static str,
+    methods: &'static [&'static str],
 }
 
 impl Source {
-    /// Returns the source of parts with a method of that name.
-    pub(crate) fn new(given: &Bound<'_, PyAny>, method: &'static str) -> Self {
+    /// Returns the source of parts with methods of these names.
+    pub(crate) fn new(given: &Bound<'_, PyAny>, methods: &'static [&'static str]) -> Self {
         Self {
             given: given.clone().unbind(),
-            method,
+            methods,
         }
     }
 
@@ -31,7 +31,9 @@ impl Source {
     pub(crate) fn object<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let given = self.given.bind(py);
         let is_class = given.is_instance_of::<pyo3::types::PyType>();
-        if is_class || (given.is_callable() && !given.hasattr(self.method)?) {
+        let has = |method: &&str| given.hasattr(*method);
+        let is_part = || self.methods.first().map_or(Ok(true), has);
+        if is_class || (given.is_callable() && !is_part()?) {
             let object = given.call0()?;
             return self.checked(object);
         }
@@ -40,14 +42,15 @@ impl Source {
     }
 
     fn checked<'py>(&self, object: Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        let method = object.getattr_opt(self.method)?;
-        if method.is_some_and(|method| method.is_callable()) {
-            return Ok(object);
+        for name in self.methods {
+            let method = object.getattr_opt(*name)?;
+            if !method.is_some_and(|method| method.is_callable()) {
+                let kind = object.get_type().name()?;
+                let message = format!("{kind} has no method `{name}`");
+                return Err(PyTypeError::new_err(message));
+            }
         }
-        let (kind, method) = (object.get_type().name()?.to_string(), self.method);
-        Err(PyTypeError::new_err(format!(
-            "{kind} has no method `{method}`"
-        )))
+        Ok(object)
     }
 }
 
@@ -129,6 +132,19 @@ impl Part {
         call: impl FnOnce(Python<'_>) -> PyResult<R>,
     ) -> Result<R, String> {
         Python::attach(|py| call(py).map_err(|exception| self.exceptions.keep(py, exception)))
+    }
+
+    /// Calls the object, unless one of the parts that share the exceptions has raised one; keeps an
+    /// exception of the call. Returns the default where there is no result.
+    pub(crate) fn call<R: Default>(
+        &self,
+        call: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<R>,
+    ) -> R {
+        if self.exceptions.any() {
+            return R::default();
+        }
+        let called = self.attached(|py| call(self.object.bind(py)));
+        called.unwrap_or_default()
     }
 
     /// Returns the array of inputs with these values.

@@ -26,7 +26,7 @@ pub(crate) fn kind(
     exceptions: &Exceptions,
     objects: &PartObjects,
 ) -> PyResult<PlantKind> {
-    let source = Arc::new(Source::new(given, "advance"));
+    let source = Arc::new(Source::new(given, &["advance"]));
     let ports = part::ports(&source.object(given.py())?)?;
     let model = Model {
         name: name.clone(),

@@ -8,6 +8,7 @@ from typing_extensions import Self, disjoint_base
 
 from twinrig._parts import Channels, LaneFailure
 from twinrig._scenario import Native
+from twinrig.laws import Case, Setup
 
 __all__ = [
     "Lane",
@@ -15,7 +16,10 @@ __all__ = [
     "WorkerJob",
     "Workers",
     "VERSION",
+    "case_ranges",
     "check",
+    "check_law",
+    "check_setup",
     "command",
     "forked",
     "main",
@@ -29,7 +33,10 @@ __all__ = [
 
 VERSION: Final[str]
 
+def case_ranges() -> dict[str, Any]: ...
 def check(scenario: Native) -> tuple[str, list[tuple[str, str, str, int | None]]]: ...
+def check_law(name: str, setup: Setup, case: Case) -> tuple[int, str] | None: ...
+def check_setup(setup: Setup) -> None: ...
 def command(arguments: Sequence[str]) -> tuple[int, str, str]: ...
 def forked() -> None: ...
 def main(arguments: Sequence[str]) -> int: ...

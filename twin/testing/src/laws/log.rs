@@ -18,7 +18,19 @@ pub(super) struct Log {
     /// Number of bytes received and traffic at the end of the opening.
     pub(super) opened: Option<(u64, Traffic)>,
     /// End of closing, or of the session by an error of the driver.
-    pub(super) ended: Option<(SimTime, Result<(), String>)>,
+    pub(super) ended: Option<Ending>,
+}
+
+/// End of a session: its time, and the error of the driver that is its reason.
+pub(super) type Ending = (SimTime, Result<(), String>);
+
+/// Returns an end in words.
+pub(super) fn ending(ended: Option<&Ending>) -> String {
+    match ended {
+        None => String::from("it does not end"),
+        Some((at, Ok(()))) => format!("closing ends at {at}"),
+        Some((at, Err(why))) => format!("it fails at {at} ({why})"),
+    }
 }
 
 /// An ended transfer.
@@ -91,11 +103,12 @@ impl Log {
         }
         let at = other.ended.as_ref().or(self.ended.as_ref());
         let at = at.map_or(SimTime::ZERO, |(at, _)| *at);
-        let what = format!(
-            "it ended so: {:?}, instead of {:?}",
-            other.ended, self.ended
-        );
-        Err(Violation::new(law, at, what))
+        let [found, expected] = [&other.ended, &self.ended].map(|it| ending(it.as_ref()));
+        Err(Violation::new(
+            law,
+            at,
+            format!("{found}; expected: {expected}"),
+        ))
     }
 
     fn compare_transfers(

@@ -1,6 +1,6 @@
 use twinrig_runtime::Driver;
 
-use super::log::Transfer;
+use super::log::{Transfer, ending};
 use super::session::{CLEAN, Course, Session};
 use super::{Case, DeviceSetup, Violation};
 
@@ -32,8 +32,8 @@ pub fn recovers<D: Driver>(setup: &DeviceSetup<D>, case: &Case) -> Result<(), Vi
     };
     let damaged = Session::open(setup, LAW, damaged).finish()?;
     if damaged.log.ended != clean.log.ended {
-        let (found, expected) = (&damaged.log.ended, &clean.log.ended);
-        return Err(damaged.violation(format!("it ended so: {found:?}, instead of {expected:?}")));
+        let [found, expected] = [&damaged, &clean].map(|it| ending(it.log.ended.as_ref()));
+        return Err(damaged.violation(format!("{found}; undisturbed, {expected}")));
     }
     let of = |transfers: &[Transfer], slot| -> Option<Transfer> {
         transfers

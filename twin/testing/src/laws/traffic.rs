@@ -3,6 +3,7 @@ use std::collections::BTreeMap;
 use twinrig_kernel::SimTime;
 use twinrig_runtime::Driver;
 
+use super::log::ending;
 use super::session::{CLEAN, Course, Session};
 use super::{Case, DeviceSetup, Traffic, Violation};
 
@@ -78,7 +79,8 @@ fn since(opened: Traffic, now: Traffic) -> Traffic {
 
 fn check_clean<D: Driver>(session: &Session<'_, D>) -> Result<(), Violation> {
     let Some((from, opened)) = session.log.opened else {
-        return Err(session.violation(format!("it does not open: {:?}", session.log.ended)));
+        let ended = ending(session.log.ended.as_ref());
+        return Err(session.violation(format!("on an undisturbed line, {ended}")));
     };
     for transfer in &session.log.transfers {
         let found = since(opened, transfer.traffic);
