@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 use twinrig_kernel::{SimDuration, SimTime};
 
-use super::case::{Damage, DamageKind};
+use super::damage::{Damage, DamageKind};
 
 /// One direction of the cable between a driver and its wire, which damages bytes.
 #[derive(Clone, Debug)]

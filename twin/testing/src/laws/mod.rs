@@ -143,6 +143,7 @@
 mod cable;
 mod case;
 mod case_ranges;
+mod damage;
 mod inserted_frame;
 mod log;
 mod probe;
@@ -160,8 +161,9 @@ mod violation;
 
 use twinrig_runtime::Driver;
 
-pub use case::{Case, Damage, DamageKind, Detection, cases};
+pub use case::{Case, cases};
 pub use case_ranges::{CASE_RANGES, CaseRanges, DrawnKind, ListRanges};
+pub use damage::{Damage, DamageKind, Detection};
 pub use recovery::recovers;
 pub use regressions::config;
 pub use resources::{meets_the_deadline, queues_stay_bounded};

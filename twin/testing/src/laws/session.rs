@@ -2,7 +2,7 @@ use twinrig_kernel::{HostTime, SimDuration, SimTime, Snapshot};
 use twinrig_runtime::{Driver, PlantSignals, Wire};
 
 use super::cable::Cable;
-use super::case::Damage;
+use super::damage::Damage;
 use super::inserted_frame::inserted_frame;
 use super::log::Log;
 use super::probe::{Probe, Tap};
