@@ -191,6 +191,13 @@ def test_exceptions_of_parts_propagate(part: type[Any], method: str) -> None:
     assert traceback.extract_tb(raised.tb)[-1].name == "fail"
 
 
+def test_os_error_is_the_failure_of_the_devices() -> None:
+    deaf = type("Deaf", (Board,), {"receive": lambda *_: None})
+    laws.meets_the_deadline(setup(board=deaf), Case())
+    with pytest.raises(laws.Violation, match=r"fails at .* \(the board does not answer: check"):
+        laws.traffic_adds_up(setup(board=deaf), Case())
+
+
 def test_exceptions_of_levels_and_commands_propagate() -> None:
     def fail(_: int, component: int) -> float:
         raise LookupError(component)
