@@ -134,8 +134,8 @@
 //! ```
 //!
 //! A [`Violation`] names the law, the instant and the values. The cases are drawn by proptest,
-//! which finds a smallest one. [`config`] keeps the seeds of failures in a folder `regressions/` beside
-//! the test, from which they are replayed first.
+//! which finds a smallest one. [`config`] keeps the seeds of failures in a folder `regressions/`
+//! beside the test, from which they are replayed first.
 //!
 //! Out of scope: collisions and damage between the devices of one bus, which
 //! [`twinrig_wire::Faulty`] and [`twinrig_wire::FaultyNode`] model; the duration of a transfer.
