@@ -131,8 +131,8 @@ mod node;
 mod node_slot;
 mod node_wakes;
 mod noise;
-#[cfg(target_os = "linux")]
 mod outages;
+#[cfg(target_os = "linux")]
 mod port;
 mod port_info;
 #[cfg(target_os = "linux")]
