@@ -215,6 +215,7 @@ impl State {
     }
 
     /// Commands the bridges by the duties of the motors; `None` for an open bridge.
+    #[inline]
     fn drive(
         &mut self,
         duties: [Option<i32>; 2],

@@ -17,6 +17,8 @@ pub struct WiredTask {
     driver: Box<dyn Driver>,
     wire: TracedWire,
     busy: bool,
+    /// Phase of which the wire knows; none at the start and after a restoration.
+    phase: Option<DriverPhase>,
     /// [`Driver::poll_timeout`], updated after every call that changes the driver.
     timeout: Option<SimTime>,
     /// Whether the wire records bytes, each at its own instant.
@@ -56,10 +58,19 @@ impl WiredTask {
             driver_diagnostics: Layout::of(&driver.diagnostics(), Direction::Output).len(),
             traced: !wire.traces().is_empty(),
             wire: TracedWire::new(driver.name().to_owned(), wire),
+            phase: None,
             timeout: timeout(&*driver),
             driver,
             busy: false,
             bytes: Vec::new(),
+        }
+    }
+
+    /// Tells the wire that a phase begins: the first transfer, not each.
+    fn begin_phase(&mut self, now: SimTime, phase: DriverPhase) {
+        if self.phase != Some(phase) {
+            self.phase = Some(phase);
+            self.wire.begin_phase(now, phase);
         }
     }
 
@@ -173,6 +184,7 @@ impl Part for WiredTask {
         self.driver.restore(&saved.driver)?;
         self.wire.restore(&saved.wire)?;
         self.busy = saved.busy;
+        self.phase = None;
         self.timeout = timeout(&*self.driver);
         Ok(())
     }
@@ -189,7 +201,7 @@ impl IoTask for WiredTask {
 
     fn open(&mut self, now: SimTime, plant: &mut dyn PlantAccess) -> Result<Progress, TaskError> {
         self.busy = true;
-        self.wire.begin_phase(now, DriverPhase::Opening);
+        self.begin_phase(now, DriverPhase::Opening);
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.wire.name, || {
             driver.open(host_time(now));
@@ -204,7 +216,7 @@ impl IoTask for WiredTask {
         plant: &mut dyn PlantAccess,
     ) -> Result<Progress, TaskError> {
         self.busy = true;
-        self.wire.begin_phase(now, DriverPhase::Transfer);
+        self.begin_phase(now, DriverPhase::Transfer);
         let driver = &mut self.driver;
         in_part(PartKind::Driver, &self.wire.name, || {
             driver.begin(host_time(now), from_process);
