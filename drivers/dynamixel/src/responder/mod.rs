@@ -197,7 +197,7 @@ impl Responder {
         }
     }
 
-    /// Returns the addresses of the packets that matter, by [`ProtocolVersion::address`]; none
+    /// Returns the addresses of the packets that matter, those of instructions and of answers; none
     /// where bytes matter, or while it may answer at any time: see
     /// `twinrig_wire::Node::listens_to`.
     pub fn listens_to(&self, spacing: SimDuration) -> Option<Addresses> {
