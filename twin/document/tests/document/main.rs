@@ -1,0 +1,4 @@
+//! Tests of documents: values, diagnostics, arbitrary contents.
+
+mod fuzz;
+mod reading;
