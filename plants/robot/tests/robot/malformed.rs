@@ -4,7 +4,7 @@
 
 use twinrig_robot::RobotFile;
 
-const CHEETAH_CUB: &str = include_str!("plain.toml");
+const CHEETAH_CUB: &str = include_str!("../plain.toml");
 
 /// Error message for Cheetah-cub with `old` replaced by `new`.
 fn message(old: &str, new: &str) -> String {

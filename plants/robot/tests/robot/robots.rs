@@ -109,8 +109,8 @@ fn motors_of_oncilla_are_consistent_with_its_servos() {
 #[test]
 fn every_value_of_a_robot_file_states_its_source() {
     for text in [
-        include_str!("../../../robots/cheetah-cub.toml"),
-        include_str!("../../../robots/oncilla.toml"),
+        include_str!("../../../../robots/cheetah-cub.toml"),
+        include_str!("../../../../robots/oncilla.toml"),
     ] {
         let figures = text.lines().filter(|line| {
             let opened = ["inertia = [", "size = ["].contains(line);
@@ -137,7 +137,7 @@ fn every_value_of_a_robot_file_states_its_source() {
 
 #[test]
 fn intervals_change_no_value() {
-    let plain = RobotFile::parse("plain.toml", include_str!("plain.toml")).unwrap();
+    let plain = RobotFile::parse("plain.toml", include_str!("../plain.toml")).unwrap();
     assert!(plain.assumed().is_empty());
     assert_eq!(plain.robot().unwrap(), robot("cheetah-cub"));
 }
@@ -204,7 +204,7 @@ fn nearest_folder_precedes_its_ancestors_and_the_embedded_copy() {
     let inner = root.join("a/b");
     fs::create_dir_all(inner.join("robots")).unwrap();
     fs::create_dir_all(root.join("robots")).unwrap();
-    let text = include_str!("../../../robots/cheetah-cub.toml");
+    let text = include_str!("../../../../robots/cheetah-cub.toml");
     let named = |name: &str| text.replacen("Cheetah-cub\"", &format!("{name}\""), 1);
     fs::write(root.join("robots/cheetah-cub.toml"), named("upper")).unwrap();
     let name_from = |folder: &Path| {

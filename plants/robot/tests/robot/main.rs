@@ -1,0 +1,4 @@
+//! Tests of robot files.
+
+mod malformed;
+mod robots;
