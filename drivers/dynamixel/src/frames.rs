@@ -42,15 +42,3 @@ impl ProtocolVersion {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn kinds_have_the_names_of_decoders() {
-        for (name, code) in KINDS {
-            assert_eq!(*name, Instruction(*code).to_string());
-        }
-    }
-}

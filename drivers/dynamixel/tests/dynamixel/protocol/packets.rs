@@ -2,7 +2,7 @@
 //! found as far as the checksum can.
 
 use proptest::prelude::*;
-use twinrig_dynamixel::{Packet, Parser, ProtocolVersion, Received, Request};
+use twinrig_dynamixel::{Instruction, Packet, Parser, ProtocolVersion, Received, Request};
 use twinrig_wire::FrameMatch;
 
 /// Packet as it is received.
@@ -171,5 +171,14 @@ fn packets_that_are_too_long_are_refused() {
         let mut bytes = vec![7];
         assert!(protocol.encode(&packet, &mut bytes).is_err());
         assert_eq!(bytes, [7]);
+    }
+}
+
+#[test]
+fn kinds_have_the_names_of_decoders() {
+    for protocol in [ProtocolVersion::One, ProtocolVersion::Two] {
+        for (name, code) in protocol.frames().kinds {
+            assert_eq!(*name, Instruction(*code).to_string());
+        }
     }
 }

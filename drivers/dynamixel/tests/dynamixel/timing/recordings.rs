@@ -13,7 +13,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_runtime::Timing;
 use twinrig_wire::UsbTiming;
 
-use crate::{STATED, TOLERANCE, check, ms};
+use super::{STATED, TOLERANCE, check, ms};
 
 /// Periods without and with torque.
 type Periods = [Vec<SimDuration>; 2];

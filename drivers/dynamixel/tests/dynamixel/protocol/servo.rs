@@ -6,7 +6,7 @@ use twinrig_dynamixel::{
 };
 use twinrig_kernel::{SimDuration, SimTime};
 
-use crate::support::{BYTE_TIME, Line, piece, servo_with};
+use super::support::{BYTE_TIME, Line, piece, servo_with};
 
 const ALL: u8 = ProtocolVersion::BROADCAST;
 const POSITION: Span = Span {

@@ -184,7 +184,7 @@ fn check(library: &str, protocol: ProtocolVersion, module: &str) {
         };
         assert_eq!(packet.status(protocol), Some(status));
     }
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/protocol/sdk.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dynamixel/protocol/sdk.py");
     let task = json!({"protocol": library, "calls": calls, "answers": answers});
     let theirs = python::run(&python, &script, &[], &task);
     let mut unstuffed = 0;

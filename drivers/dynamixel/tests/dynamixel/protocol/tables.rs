@@ -15,7 +15,7 @@ fn check(model: &ServoModel, file: &str, missing: &[&str]) {
     let Some(python) = python::python("dynamixel_easy_sdk") else {
         return;
     };
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/protocol/model.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/dynamixel/protocol/model.py");
     let theirs = python::run(&python, &script, &[], &json!({"model": file}));
     let mut found = Vec::new();
     for row in theirs.as_array().unwrap() {

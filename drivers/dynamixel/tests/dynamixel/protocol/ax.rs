@@ -6,7 +6,7 @@ use twinrig_dynamixel::{
 };
 use twinrig_kernel::SimTime;
 
-use crate::support::{BYTE_TIME, piece};
+use super::support::{BYTE_TIME, piece};
 
 const AT_REST: ServoMeasurements = ServoMeasurements {
     angle: 0.0,

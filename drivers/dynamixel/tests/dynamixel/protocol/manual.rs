@@ -5,7 +5,7 @@ use twinrig_dynamixel::{
     BulkReads, ErrorNumber, Kept, Packet, ProtocolVersion, Request, Span, Status,
 };
 
-use crate::support::{Line, servo_with};
+use super::support::{Line, servo_with};
 
 /// Bytes of text in hexadecimal.
 fn hex(text: &str) -> Vec<u8> {

@@ -9,7 +9,7 @@ use twinrig_dynamixel::x::XL330_M288;
 use twinrig_kernel::SimDuration;
 use twinrig_wire::{InRule, OutRule, UsbPreset, UsbTiming};
 
-use crate::check;
+use super::check;
 
 const MICROFRAME: SimDuration = SimDuration::from_micros(125);
 

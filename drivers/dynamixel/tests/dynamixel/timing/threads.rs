@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use twinrig_dynamixel::timing::stated_times;
 
-use crate::{check, ms};
+use super::{check, ms};
 
 #[test]
 fn threads_state_times_beside_simulated_ones() {
