@@ -7,7 +7,7 @@ use twinrig_dynamixel::{
 use twinrig_feetech::{FeetechFirmware, SCS0009, register as r};
 use twinrig_kernel::SimTime;
 
-use crate::{BYTE_TIME, answer, bus, check_commands};
+use super::{BYTE_TIME, answer, bus, check_commands};
 
 const AT_REST: ServoMeasurements = ServoMeasurements {
     angle: 0.0,

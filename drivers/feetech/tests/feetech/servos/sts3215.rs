@@ -12,7 +12,7 @@ use twinrig_feetech::{FeetechFirmware, STS3215, register as r};
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_wire::Piece;
 
-use crate::{BYTE_TIME, answer, bus, check_commands, harness};
+use super::{BYTE_TIME, answer, bus, check_commands, harness};
 
 /// 12 V, room temperature.
 const AT_REST: ServoMeasurements = ServoMeasurements {
