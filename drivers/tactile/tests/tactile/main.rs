@@ -2,6 +2,7 @@
 
 mod clock;
 mod filter;
+mod laws;
 mod protocol;
 mod pty;
 mod requests;
