@@ -95,7 +95,7 @@ fn rms(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 /// `lcp` with its reference method, confirmed by `SciPy` to 1e-11 m
-/// (`plants/lcp/tests/trajectories.rs`).
+/// (`plants/lcp/tests/plant/trajectories.rs`).
 fn reference(scenario: &str) -> Vec<Vec<f64>> {
     let exact = [
         ("plant.integrator", "rodas4"),

@@ -5,6 +5,7 @@
 mod accuracy;
 mod allocation;
 mod compliant_events;
+mod compliant_peer;
 mod compliant_refusal;
 mod fallback;
 mod geometry;
@@ -17,4 +18,5 @@ mod servos;
 mod springs;
 mod stability;
 mod stops;
+mod trajectories;
 mod work;
