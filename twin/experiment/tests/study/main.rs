@@ -8,6 +8,7 @@ mod error_bars;
 mod estimate;
 mod identification;
 mod kept;
+mod memory;
 mod modulation;
 mod oscillator;
 mod pages;
