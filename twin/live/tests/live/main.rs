@@ -1,0 +1,4 @@
+//! Tests of live runs in simulated time: sessions and requests of visitors.
+
+mod control;
+mod session;
