@@ -4,8 +4,6 @@
 
 #![cfg(target_os = "linux")]
 
-mod support;
-
 use std::io::{Error, ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
@@ -14,8 +12,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
+use crate::support::{BAUD, SCHEMES, Twin, listen, read};
 use serde_json::json;
-use support::{BAUD, SCHEMES, Twin, listen, read};
 use twinrig_runtime::{Device, DeviceError};
 use twinrig_testing::python;
 use twinrig_wire::{NetworkAddress, PortServer, RemotePort};
