@@ -20,11 +20,17 @@
 //! Not modelled: pulses, packets and clocks (drivers and boards), the motor's inductance, and the
 //! gear losses of a [`DcMotor`]. Integration in time is the plant's.
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_actuator;
+
 pub mod drives;
 mod motor;
 pub mod serial;
 mod servo;
 mod set_points;
+#[cfg(test)]
+mod tests;
 
 pub use motor::{DcMotor, LegMotor, MotorError, MotorLine};
 pub use servo::{PositionServo, ServoError};

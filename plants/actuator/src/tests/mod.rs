@@ -1,0 +1,4 @@
+//! Test benches of motors and servos.
+
+mod motors;
+mod servos;
