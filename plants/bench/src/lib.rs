@@ -23,6 +23,10 @@
 //! cell (hundreds of times stiffer than the springs), static friction, backlash of the gear,
 //! gravity.
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_bench;
+
 mod cam;
 mod dynamics;
 mod error;
@@ -31,6 +35,8 @@ mod plant;
 mod profile;
 mod ranges;
 mod spline;
+#[cfg(test)]
+mod tests;
 
 pub use cam::{Scratches, Undercut};
 pub use error::BenchError;

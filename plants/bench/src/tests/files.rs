@@ -3,7 +3,7 @@
 use twinrig_bench::{BenchFile, BenchSettings};
 
 const LIFT: &str = r#"lift = "12 mm""#;
-const TACTILE: &str = include_str!("../../../benches/tactile.toml");
+const TACTILE: &str = include_str!("../../../../benches/tactile.toml");
 
 /// The problems of the file with one text in place of another.
 fn problems(from: &str, to: &str) -> String {
