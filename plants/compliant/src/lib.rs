@@ -47,6 +47,10 @@
     reason = "code with wider registers has to be inlined into the function that enables them"
 )]
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_compliant;
+
 mod abduction;
 mod body_contact;
 mod commands;
@@ -64,6 +68,8 @@ mod pushed;
 mod rk4;
 mod servo;
 pub mod stop;
+#[cfg(test)]
+mod tests;
 
 pub use abduction::{
     AbductionJoints, JointDrive, JointMotion, JointRow, JointState, LegBody, LegFrame, Limited,

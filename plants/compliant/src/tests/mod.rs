@@ -1,0 +1,4 @@
+//! Laws of elements and soles.
+
+mod laws;
+mod passivity;
