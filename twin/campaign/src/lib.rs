@@ -39,6 +39,10 @@
 //! - A sweep knows no scenario: the caller turns points into runs, and files and settings into
 //!   keys.
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_campaign;
+
 pub mod engine;
 #[cfg(not(target_family = "wasm"))]
 pub mod identification;
@@ -53,3 +57,5 @@ pub mod radius;
 pub mod search;
 pub mod spread;
 pub mod sweep;
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 use twinrig_campaign::sweep::{DesignKind, SweepSpec};
 
-use crate::spec;
+use super::spec;
 
 /// A specification with the example of a key.
 fn with_example(table: &str, name: &str, example: &str) -> String {

@@ -6,8 +6,8 @@ use twinrig_campaign::sweep::{
 use twinrig_document::AssumedValue;
 use twinrig_kernel::Unit;
 
-use crate::results::result;
-use crate::{row, spec};
+use super::results::result;
+use super::{row, spec};
 
 fn text(trajectories: usize, dimensions: &str) -> String {
     format!("design = 'morris'\ntrajectories = {trajectories}\ndimension = [{dimensions}]")

@@ -4,7 +4,7 @@ use twinrig_campaign::sweep::{
     ShareVerdict, SweepRow,
 };
 
-use crate::{row, spec};
+use super::{row, spec};
 
 fn share(bounds: &str) -> ShareSpec {
     let text =

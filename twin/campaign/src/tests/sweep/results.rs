@@ -6,7 +6,7 @@ use twinrig_campaign::sweep::{
 };
 use twinrig_kernel::Unit;
 
-use crate::{key, row, spec};
+use super::{key, row, spec};
 
 /// Result of all points of a specification, which `change` has changed.
 pub fn result(text: &str, change: &dyn Fn(usize, &[SweepValue], &mut SweepRow)) -> SweepResult {

@@ -6,7 +6,7 @@ use twinrig_campaign::sweep::{Partition, RowStore, StoreError, SweepRow};
 
 use twinrig_testing::folder::Folder;
 
-use crate::{key, row};
+use super::{key, row};
 
 const COUNT: usize = 5;
 

@@ -3,7 +3,7 @@ use std::collections::BTreeSet;
 use proptest::prelude::*;
 use twinrig_campaign::sweep::SweepValue;
 
-use crate::spec;
+use super::spec;
 
 fn column(points: &[Vec<SweepValue>], dimension: usize) -> Vec<&str> {
     let values = points.iter().map(|point| point[dimension].toml.as_str());

@@ -4,3 +4,4 @@ mod cma_es;
 mod engine;
 mod search;
 mod spaces;
+mod sweep;

@@ -56,7 +56,7 @@ proptest! {
             ..strategy(vec![Dimension::logarithmic(1e-3, 1e3); 3], seed)
         };
         let found = minimise(&one, valley);
-        let with = |threads, seed| minimise(&CmaEs { threads, seed, ..one.clone() }, valley);
+        let with = |threads, seed| minimise(&CmaEs { seed, threads, ..one.clone() }, valley);
         prop_assert_eq!(&with(3, seed), &found);
         prop_assert_ne!(&with(1, seed ^ 1), &found);
     }
