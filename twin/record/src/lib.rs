@@ -77,6 +77,10 @@
 //! reading of compressed files, the selection of recorded signals, the detection of footsteps
 //! (those detected during the run are read), and re-running.
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_record;
+
 mod aligned;
 mod cdr;
 mod channels;
@@ -98,6 +102,8 @@ mod ros;
 mod run_info;
 mod schema;
 mod sink;
+#[cfg(test)]
+mod tests;
 mod topic;
 
 pub use aligned::{

@@ -1,6 +1,6 @@
 //! The recorder allocates when a chunk is closed, not per sample.
 
-use crate::common::*;
+use super::common::*;
 use twinrig_kernel::{Direction, Layout, SimTime};
 use twinrig_record::{Cadence, Fingerprint, RecordedGroup, Recorder};
 use twinrig_runtime::{Group, Observer};

@@ -1,6 +1,6 @@
 //! First difference of two recordings.
 
-use crate::common::*;
+use super::common::*;
 use proptest::prelude::*;
 use twinrig_kernel::SimTime;
 use twinrig_record::{

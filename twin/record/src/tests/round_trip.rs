@@ -1,6 +1,6 @@
 //! Recorded data are read back completely and bit for bit.
 
-use crate::common::*;
+use super::common::*;
 use twinrig_kernel::SimTime;
 use twinrig_record::{
     ChangeMessage, EventMessage, FootstepMessage, Recorder, Recording, VerdictMessage,

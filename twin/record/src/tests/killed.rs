@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::common::*;
+use super::common::*;
 use twinrig_record::Recording;
 use twinrig_runtime::Group;
 
@@ -30,7 +30,7 @@ fn killed_process_leaves_a_readable_file() {
     let file: PathBuf =
         std::env::temp_dir().join(format!("twinrig-killed-{}.mcap", std::process::id()));
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["--ignored", "--exact", "killed::record_until_killed"])
+        .args(["--ignored", "--exact", "tests::killed::record_until_killed"])
         .env(FILE_VARIABLE, &file)
         .stdout(Stdio::null())
         .spawn()

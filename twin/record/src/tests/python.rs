@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::common::*;
+use super::common::*;
 use serde_json::{Value, json};
 use twinrig_record::{EPOCH, Recording};
 use twinrig_testing::python;

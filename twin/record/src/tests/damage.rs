@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use crate::common::*;
+use super::common::*;
 use proptest::prelude::*;
 use twinrig_record::{
     ChangeMessage, EventMessage, FootstepMessage, RecordError, Recording, VerdictMessage,

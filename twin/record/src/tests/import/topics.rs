@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use twinrig_record::{LogFault, LogLimits, import_log};
 
 use super::{import, mapping, recorded, series};
-use crate::common::{PERIOD_NS, plant_values, recorded as run};
+use crate::tests::common::{PERIOD_NS, plant_values, recorded as run};
 
 /// A message: channel, log time, contents.
 type Message = (usize, u64, Vec<u8>);
