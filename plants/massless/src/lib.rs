@@ -47,6 +47,10 @@
     reason = "code with wider registers has to be inlined into the function that enables them"
 )]
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_massless;
+
 mod compliant;
 mod constraints;
 mod damping;
@@ -68,6 +72,8 @@ mod rows;
 mod start;
 mod state;
 mod step;
+#[cfg(test)]
+mod tests;
 
 pub use model::{Force, MasslessError, Method, Options};
 pub use plant::Massless;

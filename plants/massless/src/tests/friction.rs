@@ -10,7 +10,7 @@ use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot;
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{massless, setup};
+use super::harness::{massless, setup};
 
 /// Cheetah-cub with this friction in all joints \[N·m·s/rad\].
 fn with_joint_friction(friction: f64) -> Robot {

@@ -7,7 +7,7 @@ use twinrig_runtime::{Plant, PlantEventKind};
 use twinrig_testing::robots::robot;
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, setup};
+use super::harness::{Harness, setup};
 
 fn build(robot: &Robot, setup: Setup) -> Result<Massless, MasslessError> {
     Massless::new(robot, &Options::compliant(setup, 1e-6), &|_| true)

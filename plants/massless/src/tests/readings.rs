@@ -5,7 +5,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_legged::{Base, Drives, Setup};
 use twinrig_testing::robots::{LEGS, pose, robot, suspended};
 
-use crate::harness::{Harness, massless, setup};
+use super::harness::{Harness, massless, setup};
 
 fn vector(harness: &mut Harness, signal: &str) -> Vector3<f64> {
     Vector3::from_column_slice(&harness.read(signal))

@@ -7,7 +7,7 @@ use twinrig_robot::Robot;
 use twinrig_testing::robots::robot;
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, massless, on_slope, setup, with_force};
+use super::harness::{Harness, massless, on_slope, setup, with_force};
 
 /// Bound of the residual at 1 ms, relative to the energy exchanged.
 const SHARE: f64 = 1e-6;

@@ -8,7 +8,7 @@ use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot;
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, massless, setup};
+use super::harness::{Harness, massless, setup};
 
 /// Runs a trot with the commands of the legs permuted: `order` of LF, RF, LH, RH.
 fn trotting_as(robot: &Robot, order: [usize; 4], ms: u64) -> Harness {

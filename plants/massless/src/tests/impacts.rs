@@ -7,7 +7,7 @@ use twinrig_robot::Servo;
 use twinrig_runtime::EnergyBalance;
 use twinrig_testing::robots::robot;
 
-use crate::harness::{massless, setup};
+use super::harness::{massless, setup};
 
 /// Weak servos with light rotors, which a fall saturates.
 const WEAK: Servo = Servo {

@@ -11,7 +11,7 @@ use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::{LEGS, robot, robot_named};
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, massless, setup, with_force};
+use super::harness::{Harness, massless, setup, with_force};
 
 fn ground(terrain: Terrain, friction: f64) -> Ground {
     Ground::new(terrain, friction, 0.0).unwrap()

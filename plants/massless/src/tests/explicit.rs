@@ -6,7 +6,7 @@ use twinrig_robot::Robot;
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::robot;
 
-use crate::harness::{Harness, setup};
+use super::harness::{Harness, setup};
 
 /// Cheetah-cub with springs that hold a foot in the air between the stops, and a multiple of the
 /// friction of its joints.

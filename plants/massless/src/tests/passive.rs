@@ -9,7 +9,7 @@ use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot;
 
-use crate::harness::{massless, setup};
+use super::harness::{massless, setup};
 
 /// One leg on a fixed trunk, in the air, without drives.
 fn hanging(q: [f64; 3], rates: [f64; 3], step_us: u64) -> Setup {

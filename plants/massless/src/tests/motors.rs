@@ -8,7 +8,7 @@ use twinrig_runtime::Plant;
 use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot_named;
 
-use crate::harness::{Harness, massless, setup};
+use super::harness::{Harness, massless, setup};
 
 /// A robot with motors, and a setup that uses these as drives.
 fn oncilla() -> (Robot, Setup) {

@@ -9,7 +9,7 @@ use twinrig_robot::leg::LegCommand;
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::robot;
 
-use crate::harness::{Harness, massless};
+use super::harness::{Harness, massless};
 
 /// A case of the script, with its parameters.
 struct Reference {

@@ -8,7 +8,7 @@ use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::robot;
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, setup, trotting};
+use super::harness::{Harness, setup, trotting};
 
 #[test]
 fn steps_and_observations_allocate_nothing() {

@@ -11,7 +11,7 @@ use twinrig_testing::plant_harness::at_ms;
 use twinrig_testing::robots::{LEGS, SERVO, robot};
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{Harness, massless, setup, with_outputs};
+use super::harness::{Harness, massless, setup, with_outputs};
 
 /// Motions from calm to violent, some with weak drives.
 #[derive(Clone, Copy, Debug)]

@@ -6,7 +6,7 @@ use twinrig_robot::leg::{EnergyTable, Pantograph};
 use twinrig_testing::robots::{robot, robot_named};
 use twinrig_testing::trot::Trot;
 
-use crate::harness::{massless, setup, with_force};
+use super::harness::{massless, setup, with_force};
 
 /// Default number of cells along each axis.
 const CELLS: usize = 64;

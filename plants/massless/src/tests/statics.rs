@@ -6,7 +6,7 @@ use twinrig_robot::leg::{LegCommand, Pantograph, Planar, Stop};
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::{LEGS, robot, robot_named};
 
-use crate::harness::{Harness, massless, on_slope, setup};
+use super::harness::{Harness, massless, on_slope, setup};
 
 const G: f64 = 9.81;
 /// Starts with slack cables, runs to rest, then measures for a tenth of a second.
