@@ -55,6 +55,10 @@
 //! is not connected; non-volatile registers are not preserved between runs. The crate opens no
 //! serial port.
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_motordriver;
+
 mod assumed;
 mod board;
 mod bus;
@@ -76,6 +80,8 @@ mod requests;
 mod session;
 mod shaft;
 mod smooth;
+#[cfg(test)]
+mod tests;
 mod time_outs;
 mod units;
 mod velocity;

@@ -25,8 +25,8 @@
 //! happens between two visible events takes no call from outside ([`Line::run_ahead`]): sixteen
 //! instants in a cycle of four boards, eight of them ticks. All else is computed byte by byte. That
 //! is the reference of property tests over random buses, bytes and instants
-//! (`drivers/motordriver/tests/bus/packets.rs`, `drivers/feetech/tests/packets.rs`): the results
-//! are the same bit for bit.
+//! (`drivers/motordriver/src/tests/bus/packets.rs`, `drivers/feetech/tests/feetech/packets.rs`):
+//! the results are the same bit for bit.
 //!
 //! A device with a framed protocol on a separate line takes three small parts: the messages
 //! ([`FramedMessage`]), a [`Protocol`], which [`FramedDriver`] turns into a driver, and an

@@ -4,7 +4,7 @@ use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::{BusWork, Part};
 
-use crate::harness::{Harness, LEGS, millis, with_clocks};
+use super::harness::{Harness, LEGS, millis, with_clocks};
 
 /// Returns the wake-ups in a second of cycles.
 fn wakes(config: &BusConfig, period: SimDuration) -> u64 {

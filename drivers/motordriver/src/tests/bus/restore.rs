@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_motordriver::{BusConfig, BusTopology, Generation};
 
-use crate::harness::{Harness, millis, with_clocks};
+use super::harness::{Harness, millis, with_clocks};
 
 /// Bytes, motor positions and diagnostics of a run.
 type Trajectory = (Vec<(SimTime, usize, Vec<u8>)>, Vec<f64>, Vec<(String, f64)>);

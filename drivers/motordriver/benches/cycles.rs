@@ -2,6 +2,7 @@
 //! eight ticks of boards with two motors each.
 
 #[allow(dead_code, reason = "the tests use the rest")]
+#[path = "../src/tests/bus/harness.rs"]
 mod harness;
 
 use divan::Bencher;

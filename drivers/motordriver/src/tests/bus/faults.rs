@@ -6,7 +6,7 @@ use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::IoTask;
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection};
 
-use crate::harness::{Harness, LEGS, millis};
+use super::harness::{Harness, LEGS, millis};
 
 fn tolerant(faults: Vec<Fault>) -> BusConfig {
     let mut config = BusConfig {

@@ -4,7 +4,7 @@ use twinrig_kernel::{SimDuration, stream};
 use twinrig_motordriver::{BusConfig, BusTopology, Generation};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection};
 
-use crate::harness::{Harness, LEGS, millis, with_clocks};
+use super::harness::{Harness, LEGS, millis, with_clocks};
 
 fn free_running(topology: BusTopology) -> BusConfig {
     let mut config = BusConfig {

@@ -4,7 +4,7 @@ use allocation_counter::measure;
 use twinrig_kernel::SimDuration;
 use twinrig_motordriver::{BusConfig, BusTopology};
 
-use crate::harness::{Harness, millis, with_clocks};
+use super::harness::{Harness, millis, with_clocks};
 
 fn allocations(config: &BusConfig) -> u64 {
     let mut harness = Harness::new(config);

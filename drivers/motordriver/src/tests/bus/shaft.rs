@@ -9,7 +9,7 @@ use twinrig_kernel::{Port, SimDuration, SimTime, Unit};
 use twinrig_motordriver::{Attachment, BoardConfig, BusConfig};
 use twinrig_runtime::{IoTask, PlantAccess, PlantFault, PlantSignals};
 
-use crate::harness::{COUNT, Harness, Plant, at_ms, millis, turn};
+use super::harness::{COUNT, Harness, Plant, at_ms, millis, turn};
 
 /// Motor of the robot behind its gear, without load, on a shaft that can be blocked.
 #[derive(Clone, PartialEq)]

@@ -9,7 +9,7 @@ use twinrig_runtime::{BusWork, Part, Timing, Wire};
 use twinrig_sbcp::{Address, ControllerConfig, ForwardingMode, Instruction, Request, recipient};
 use twinrig_wire::{UsbPreset, UsbTiming};
 
-use crate::harness::{Motors, Plant, with_clocks};
+use super::harness::{Motors, Plant, with_clocks};
 
 /// Bytes of the host, and the time since those before.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 use twinrig_motordriver::{BusConfig, BusTopology, Following};
 use twinrig_runtime::IoTask;
 
-use crate::harness::{COUNT, Harness, LEGS, at_ms, millis};
+use super::harness::{COUNT, Harness, LEGS, at_ms, millis};
 
 fn config() -> BusConfig {
     BusConfig::default()

@@ -5,7 +5,7 @@ use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::{BusHealth, IoTask};
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection};
 
-use crate::harness::{Harness, millis};
+use super::harness::{Harness, millis};
 
 const AT: SimTime = SimTime::from_nanos(1_000_000_000);
 

@@ -3,7 +3,7 @@
 use twinrig_kernel::{SimDuration, SimTime, stream};
 use twinrig_motordriver::{BusConfig, Interpolation};
 
-use crate::harness::{Harness, LEGS, at_ms, millis, with_clocks};
+use super::harness::{Harness, LEGS, at_ms, millis, with_clocks};
 
 /// Relative excess of each board's tick length \[ppm\].
 const MISMATCH_PPM: [i64; 4] = [764, 749, 767, 762];

@@ -6,7 +6,7 @@ use twinrig_motordriver::{BusConfig, BusTopology};
 use twinrig_runtime::Timing;
 use twinrig_wire::{Fault, FaultKind, FaultSchedule, FaultSelection, UsbPreset, UsbTiming};
 
-use crate::harness::{Harness, LEGS, millis};
+use super::harness::{Harness, LEGS, millis};
 
 /// Checks the diagnostics of cycles against the first request of each.
 fn check(harness: &Harness, begins: &[SimTime]) {

@@ -1,0 +1,4 @@
+//! Tests of driver and boards on their bus.
+
+mod bus;
+mod laws;
