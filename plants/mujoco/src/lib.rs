@@ -3,7 +3,7 @@
 //! engine. [`Engine`] runs any MuJoCo model.
 //!
 //! ```no_run
-//! # // Not run: doctests do not find MuJoCo's library; `tests/plant` does the same and more.
+//! # // Not run: doctests do not find MuJoCo's library; `src/tests/plant` does the same and more.
 //! use std::path::Path;
 //! use twinrig_kernel::{SimDuration, SimTime};
 //! use twinrig_legged::{Abduction, Base, Contacts, Drives, SetPoint, Setup, StartPose};
@@ -104,6 +104,10 @@
 //! error and to `MUJOCO_LOG.TXT`.
 #![doc = include_str!("../README.md")]
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_mujoco;
+
 mod addresses;
 mod body_points;
 mod drives;
@@ -127,6 +131,8 @@ mod readings;
 mod sliding;
 mod stages;
 mod step_only;
+#[cfg(test)]
+mod tests;
 
 pub use engine::{Engine, EngineError, EngineFault, EngineWarning};
 pub use mjcf::mjcf;

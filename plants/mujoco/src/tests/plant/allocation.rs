@@ -3,7 +3,7 @@
 use twinrig_mujoco::Coordinates;
 use twinrig_runtime::Plant;
 
-use crate::fixture::{standing, with_coordinates};
+use super::fixture::{standing, with_coordinates};
 
 #[test]
 fn standing_robot_does_not_allocate() {

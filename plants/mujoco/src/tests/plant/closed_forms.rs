@@ -7,7 +7,7 @@ use twinrig_robot::GRAVITY;
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::{LEGS, flat_ground, robot};
 
-use crate::fixture::{Fixture, standing, with_coordinates, with_options};
+use super::fixture::{Fixture, standing, with_coordinates, with_options};
 
 /// Returns the sum of the mean forces on the feet over 0.1 s, after the robot has stood for a
 /// second.

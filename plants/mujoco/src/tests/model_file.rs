@@ -1,6 +1,5 @@
 //! User-defined models against closed forms, against MuJoCo's own step, and against each other.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
@@ -11,6 +10,7 @@ use twinrig_mujoco::model_file::{
 };
 use twinrig_mujoco::mujoco_rs::prelude::{MjData, MjModel};
 use twinrig_runtime::Plant;
+use twinrig_testing::folder::Folder;
 
 const STEP: SimDuration = SimDuration::from_millis(1);
 
@@ -20,11 +20,9 @@ fn pup() -> PathBuf {
 
 /// Compiles the model `text` from a file in a separate folder.
 fn model(name: &str, text: &str) -> ModelFile {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    fs::create_dir_all(&folder).unwrap();
-    let path = folder.join("model.xml");
-    fs::write(&path, text).unwrap();
-    ModelFile::read(&path).unwrap()
+    let folder = Folder::new(name);
+    let path = folder.file("model.xml", text);
+    ModelFile::read(Path::new(&path)).unwrap()
 }
 
 fn output(signal: &str, thing: ElementKind, name: &str) -> Output {
@@ -362,23 +360,22 @@ fn compiled_model_runs_identically_and_other_bytes_are_refused() {
 
 #[test]
 fn includes_are_relative_to_the_model_and_part_of_its_binary() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("includes");
-    fs::create_dir_all(folder.join("parts")).unwrap();
+    let folder = Folder::new("includes");
     let corners = ["0 0 0", "0.1 0 0", "0 0.1 0", "0 0 0.1"].map(|at| format!("v {at}\n"));
     let faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-    fs::write(folder.join("parts/corner.obj"), corners.concat() + faces).unwrap();
+    folder.file("parts/corner.obj", &(corners.concat() + faces));
     let body = r#"<mujocoinclude><body name="corner"><freejoint/><geom type="mesh" mesh="corner" density="1000"/></body></mujocoinclude>"#;
-    fs::write(folder.join("parts/body.xml"), body).unwrap();
+    folder.file("parts/body.xml", body);
     let text = r#"<mujoco><compiler meshdir="parts"/><asset><mesh name="corner" file="corner.obj"/></asset>
 <worldbody><include file="parts/body.xml"/></worldbody></mujoco>"#;
-    fs::write(folder.join("model.xml"), text).unwrap();
-    let file = ModelFile::read(&folder.join("model.xml")).unwrap();
+    let path = folder.file("model.xml", text);
+    let file = ModelFile::read(Path::new(&path)).unwrap();
     let outs = || vec![output("body/position", ElementKind::Body, "corner")];
     let weight = bind(file, Vec::new(), outs()).weight();
     // A corner of a cube of 10 cm: a sixth of a litre of water.
     assert!((weight - 9.81 / 6.0).abs() < 1e-6, "{weight}");
-    let binary = ModelFile::read(&folder.join("model.xml")).unwrap().binary();
-    fs::remove_dir_all(&folder).unwrap();
+    let binary = ModelFile::read(Path::new(&path)).unwrap().binary();
+    drop(folder);
     let kept = bind(ModelFile::of_binary(&binary).unwrap(), Vec::new(), outs());
     assert_eq!(kept.weight(), weight);
 }
@@ -453,17 +450,13 @@ fn mismatched_signal_is_refused_at_its_place() {
 
 #[test]
 fn invalid_model_file_is_refused_with_its_line() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("refused");
-    fs::create_dir_all(&folder).unwrap();
-    let path = folder.join("model.xml");
-    fs::write(
-        &path,
-        "<mujoco>\n<worldbody>\n<bodi/>\n</worldbody></mujoco>",
-    )
-    .unwrap();
-    let why = ModelFile::read(&path).err().unwrap().to_string();
+    let folder = Folder::new("refused");
+    let text = "<mujoco>\n<worldbody>\n<bodi/>\n</worldbody></mujoco>";
+    let path = folder.file("model.xml", text);
+    let refused = ModelFile::read(Path::new(&path)).err();
+    let why = refused.unwrap().to_string();
     assert!(why.contains("bodi") && why.contains("line 3"), "{why}");
-    assert!(ModelFile::read(&folder.join("none.xml")).is_err());
+    assert!(ModelFile::read(&folder.path().join("none.xml")).is_err());
     assert!(matches!(
         ModelFile::read(Path::new("a\0b")),
         Err(ModelFileError::Path)

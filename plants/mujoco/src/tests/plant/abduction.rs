@@ -11,7 +11,7 @@ use twinrig_testing::abduction::{
 };
 use twinrig_testing::robots::{self, LEGS, pose};
 
-use crate::fixture::{Fixture, SERVO, hanging, with_options};
+use super::fixture::{Fixture, SERVO, hanging, with_options};
 
 /// A robot whose legs abduct, about axes beside and above the hips.
 fn robot() -> Robot {

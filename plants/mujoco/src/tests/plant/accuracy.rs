@@ -7,7 +7,7 @@ use twinrig_mujoco::{Coordinates, Integrator, Numerics, Options};
 
 use twinrig_testing::reference_trajectory::{Deviation, ReferenceTrajectory};
 
-use crate::fixture::with_options;
+use super::fixture::with_options;
 
 fn deviation(name: &str, with: impl Fn(Setup) -> Options, step_us: u64) -> Deviation {
     let reference = ReferenceTrajectory::read(name);

@@ -6,7 +6,7 @@ use twinrig_mujoco::{Coordinates, Mujoco, Options};
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::{LEGS, robot};
 
-use crate::fixture::hanging;
+use super::fixture::hanging;
 
 fn bases() -> impl Strategy<Value = Base> {
     prop_oneof![Just(Base::Free), Just(Base::Planar), Just(Base::Fixed)]

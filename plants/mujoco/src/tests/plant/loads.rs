@@ -8,7 +8,7 @@ use twinrig_mujoco::{Coordinates, Options};
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::{LEGS, LoadedTrunk, flat_ground, suspended};
 
-use crate::fixture::{standing, with_coordinates, with_options};
+use super::fixture::{standing, with_coordinates, with_options};
 
 #[test]
 fn sliding_feet_have_the_friction_of_the_present_patch() {

@@ -6,7 +6,7 @@ use twinrig_runtime::Plant as _;
 use twinrig_testing::robots::{self, LEGS, pose, robot};
 use twinrig_testing::trot::Trot;
 
-use crate::fixture::{Fixture, hanging, with_options};
+use super::fixture::{Fixture, hanging, with_options};
 
 /// Returns the options of the complete plant and of steps alone, without corrected friction.
 fn both(setup: &Setup, coordinates: Coordinates, integrator: Integrator) -> [Options; 2] {
@@ -86,7 +86,7 @@ fn readings_follow_and_the_energy_is_that_stored() {
 
 #[test]
 fn motors_are_refused() {
-    let text = include_str!("../../../../robots/oncilla.toml");
+    let text = include_str!("../../../../../robots/oncilla.toml");
     let robot = twinrig_robot::RobotFile::parse("oncilla.toml", text).unwrap();
     let robot = robot.robot().unwrap();
     let motors = robot.motors.unwrap();
@@ -102,7 +102,7 @@ fn motors_are_refused() {
 
 #[test]
 fn position_actuators_follow_their_commands() {
-    let setup = crate::fixture::standing();
+    let setup = super::fixture::standing();
     let [complete, mut options] = both(&setup, Coordinates::Minimal, Integrator::ImplicitFast);
     options.position_actuators = true;
     let angles = [complete, options].map(|options| {

@@ -6,7 +6,7 @@ use twinrig_mujoco::{Coordinates, Integrator, Options};
 use twinrig_robot::{Motor, Servo};
 use twinrig_testing::robots::robot;
 
-use crate::fixture::{SERVO, hanging, with_coordinates, with_options};
+use super::fixture::{SERVO, hanging, with_coordinates, with_options};
 
 /// Returns the setup of a hanging leg with these drives.
 fn hanging_leg(drives: Drives) -> Setup {

@@ -7,7 +7,7 @@ use twinrig_mujoco::{Coordinates, Mujoco, MujocoError, Numerics, Options, TimeCo
 use twinrig_runtime::Plant;
 use twinrig_testing::robots::{self, robot};
 
-use crate::fixture::{standing, with_coordinates};
+use super::fixture::{standing, with_coordinates};
 
 fn refused(setup: Setup, change: impl Fn(&mut Numerics)) -> String {
     let mut options = Options::new(setup, Coordinates::Maximal);

@@ -6,7 +6,7 @@ use twinrig_mujoco::{Coordinates, Integrator, Options};
 use twinrig_runtime::{Plant, PlantState};
 use twinrig_testing::robots::{pose, robot};
 
-use crate::fixture::{Fixture, hanging, standing, with_coordinates, with_options};
+use super::fixture::{Fixture, hanging, standing, with_coordinates, with_options};
 
 /// Runs the robot with oscillating commands. Returns the bits of all outputs.
 fn run_oscillating(fixture: &mut Fixture, from: u32, steps: u32) -> Vec<u64> {

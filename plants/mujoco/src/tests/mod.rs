@@ -1,0 +1,4 @@
+//! Tests of the plant and of models in files.
+
+mod model_file;
+mod plant;
