@@ -48,6 +48,10 @@
 //! retries. Values that are not published (codes, addresses, some times) are ASSUMED, and collected
 //! in [`codes`] and in the defaults of the configurations.
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_sbcp;
+
 mod answer;
 mod attribution;
 pub mod codes;
@@ -65,6 +69,8 @@ mod registers;
 mod request_parser;
 mod slave;
 mod standard;
+#[cfg(test)]
+mod tests;
 mod uart_transmitter;
 
 pub use codes::{BYTE_TIME, ErrorCode, FRAME_MAX, Instruction, OVERHEAD, PACKET_MAX, PAYLOAD_MAX};

@@ -5,6 +5,7 @@ mod cycle;
 mod noise;
 mod packets;
 mod page;
+mod protocol_stack;
 mod slave;
 mod support;
 mod usb;

@@ -1,7 +1,7 @@
 //! Arbitrary bytes at arbitrary paces, in any order, from both sides, cause no panic and no endless
 //! wait.
 
-use crate::support::{frame, host, micros, slave};
+use super::support::{frame, host, micros, slave};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use twinrig_kernel::SimTime;

@@ -1,6 +1,7 @@
 //! Cost of a cycle of master, bus controller and four boards that receive all bytes, and of parsing
 //! alone.
 
+#[path = "../src/tests/protocol_stack/harness.rs"]
 mod harness;
 
 use divan::counter::ItemsCount;

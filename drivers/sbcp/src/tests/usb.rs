@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::support::{frame, micros, slave_with};
+use super::support::{frame, micros, slave_with};
 use twinrig_kernel::{SimDuration, SimTime, Snapshot, SnapshotError};
 use twinrig_runtime::{Part, PlantAccess, PlantFault, TaskError, Wire};
 use twinrig_sbcp::codes::CLASS_MOTORDRIVER;
@@ -82,7 +82,7 @@ fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
     while lengths.len() < 20 {
         if !master.is_busy() {
             start = now;
-            master.cycle(crate::support::host(now), &frame()).unwrap();
+            master.cycle(super::support::host(now), &frame()).unwrap();
         }
         bytes.clear();
         if master.poll_transmit(&mut bytes) {
@@ -96,9 +96,9 @@ fn cycles(wire: &mut dyn Wire, topology: Topology) -> Vec<u64> {
         now = now.max(wire.next_wake().into_iter().chain(due).min().unwrap());
         wire.advance(now, &mut NoPlant).unwrap();
         wire.receive(&mut bytes);
-        master.handle_bytes(crate::support::host(now), &bytes);
+        master.handle_bytes(super::support::host(now), &bytes);
         if due.is_some_and(|at| at <= now) {
-            master.handle_timeout(crate::support::host(now));
+            master.handle_timeout(super::support::host(now));
         }
         if !master.is_busy() {
             assert!(

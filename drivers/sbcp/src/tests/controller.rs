@@ -1,6 +1,6 @@
 //! Bus controller without link and bus, byte by byte.
 
-use crate::support::{board, frame, micros};
+use super::support::{board, frame, micros};
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
 use twinrig_sbcp::{Controller, ControllerConfig, ErrorCode, Parser, Response};

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::{Rig, Transmitter, frame, micros, slave_with};
+use super::support::{Rig, Transmitter, frame, micros, slave_with};
 use proptest::prelude::*;
 use twinrig_kernel::{HostTime, stream};
 use twinrig_sbcp::codes::{CLASS_CONTROLLER, CLASS_MOTORDRIVER, HEADER};
@@ -193,7 +193,7 @@ fn broadcast_reaches_all_boards_and_is_not_answered() {
         let mut rig = Rig::new(topology);
         let all = Address::new(CLASS_MOTORDRIVER, 0xFE).unwrap();
         let request =
-            Request::new(all, Instruction::LOW_LATENCY, &crate::support::COMMAND).unwrap();
+            Request::new(all, Instruction::LOW_LATENCY, &super::support::COMMAND).unwrap();
         let (outcomes, _) = rig.cycle(&[request]);
         assert!(outcomes[0].unwrap().is_empty());
         rig.wait(micros(3_000));
@@ -371,14 +371,14 @@ fn unsolicited_bytes_delay_the_next_cycle_until_the_line_is_quiet() {
     assert!(all_good(&rig.cycle(&frame()).0));
     let now = rig.now;
     rig.master
-        .handle_bytes(crate::support::host(now), &[0xFF, 1, 1]);
+        .handle_bytes(super::support::host(now), &[0xFF, 1, 1]);
     rig.master
-        .cycle(crate::support::host(now), &frame())
+        .cycle(super::support::host(now), &frame())
         .unwrap();
     assert!(!rig.master.poll_transmit(&mut Vec::new()));
     let quiet = now + micros(1_000);
-    assert_eq!(rig.master.poll_timeout(), Some(crate::support::host(quiet)));
-    rig.master.handle_timeout(crate::support::host(quiet));
+    assert_eq!(rig.master.poll_timeout(), Some(super::support::host(quiet)));
+    rig.master.handle_timeout(super::support::host(quiet));
     assert!(rig.master.poll_transmit(&mut Vec::new()));
 }
 
@@ -386,21 +386,21 @@ fn unsolicited_bytes_delay_the_next_cycle_until_the_line_is_quiet() {
 fn endless_unsolicited_bytes_delay_a_transfer_by_the_drain_time_out() {
     let mut rig = Rig::new(Topology::Direct);
     let (begin, mut now) = (rig.now, rig.now);
-    rig.master.handle_bytes(crate::support::host(now), &[0]);
+    rig.master.handle_bytes(super::support::host(now), &[0]);
     rig.master
-        .cycle(crate::support::host(now), &frame())
+        .cycle(super::support::host(now), &frame())
         .unwrap();
     let mut written = None;
     // A byte every 50 µs.
     while written.is_none() {
         now += micros(50);
-        rig.master.handle_bytes(crate::support::host(now), &[0]);
+        rig.master.handle_bytes(super::support::host(now), &[0]);
         if rig
             .master
             .poll_timeout()
-            .is_some_and(|due| due <= crate::support::host(now))
+            .is_some_and(|due| due <= super::support::host(now))
         {
-            rig.master.handle_timeout(crate::support::host(now));
+            rig.master.handle_timeout(super::support::host(now));
         }
         written = rig.master.poll_transmit(&mut Vec::new()).then_some(now);
         assert!(now - begin <= micros(2_000), "endless wait");

@@ -1,6 +1,6 @@
 //! Answers of a slave, and requests that it does not answer.
 
-use crate::support::{board, micros, slave, slave_with};
+use super::support::{board, micros, slave, slave_with};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use twinrig_kernel::{SimDuration, SimTime};
@@ -275,7 +275,7 @@ proptest! {
 #[test]
 fn byte_with_a_wrong_stop_bit_is_dropped_and_counted() {
     let (mut slave, mut now) = (slave(3), SimTime::ZERO);
-    let request = emitted(&crate::support::frame()[2]);
+    let request = emitted(&super::support::frame()[2]);
     for wrong in 0..request.len() {
         now += micros(1_000);
         let whole = piece(now, &request);
@@ -310,7 +310,7 @@ fn dropped_byte_after_an_idle_gap_resets_the_parser() {
     });
     slave.receive(piece(
         now + BYTE_TIME,
-        &emitted(&crate::support::frame()[2]),
+        &emitted(&super::support::frame()[2]),
     ));
     assert!(slave.poll_transmit(&mut Vec::new()).is_some());
 }
