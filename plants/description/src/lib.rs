@@ -21,11 +21,17 @@
 //!
 //! Out of scope: simulation, meshes, xacro, SDF, and MJCF out of robots (`twinrig-mujoco`).
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_description;
+
 mod import;
 mod quadruped;
 mod read_mjcf;
 mod read_urdf;
 mod robot_file;
+#[cfg(test)]
+mod tests;
 mod tree;
 mod urdf;
 mod xml;

@@ -1,7 +1,7 @@
 //! Exported URDF in Pinocchio, an independent reader and an independent implementation of rigid
 //! bodies.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::{Value, json};
@@ -171,8 +171,7 @@ fn masses_and_kinematics_are_those_of_pinocchio() {
     let Some(python) = python::python_of_peers("pinocchio") else {
         return;
     };
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/description");
-    let script: PathBuf = [folder, "urdf_in_pinocchio.py"].iter().collect();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/urdf_in_pinocchio.py");
     for name in ["cheetah-cub", "oncilla"] {
         let robot = RobotFile::find(name, Path::new(""))
             .unwrap()
