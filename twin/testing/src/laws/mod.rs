@@ -154,6 +154,8 @@ mod same_course;
 mod session;
 mod setup;
 mod stairs;
+#[cfg(test)]
+mod tests;
 mod traffic;
 mod turns;
 mod values;

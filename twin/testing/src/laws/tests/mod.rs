@@ -3,10 +3,10 @@
 mod kept;
 mod toy;
 
+use crate::laws::{self, DeviceSetup, Law, Traffic, Violation};
 use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::TestRunner;
 use twinrig_kernel::SimDuration;
-use twinrig_testing::laws::{self, DeviceSetup, Law, Traffic, Violation};
 
 use toy::{ToyBoard, ToyDriver, ToyEmulation};
 
@@ -63,7 +63,7 @@ fn first_violation(law: Law<ToyDriver>, flaw: Option<Flaw>, cases: u32) -> Optio
 }
 
 mod a_sound_driver {
-    twinrig_testing::laws!(super::setup(None));
+    crate::laws!(super::setup(None));
 }
 
 #[test]

@@ -3,11 +3,11 @@
 use std::cell::RefCell;
 use std::fs;
 
+use crate::folder::Folder;
+use crate::laws::{self, Case};
 use proptest::test_runner::{TestError, TestRunner};
-use twinrig_testing::folder::Folder;
-use twinrig_testing::laws::{self, Case};
 
-use crate::{Flaw, setup};
+use super::{Flaw, setup};
 
 /// Runs a law on a driver with a flaw, as a `proptest!` in this source file; returns its first
 /// case, its failure, and the smallest case that fails.

@@ -10,7 +10,7 @@ use twinrig_runtime::{Driver, DriverError, PlantAccess, PlantSignals, TaskError,
 use twinrig_wire::{Diagnostics, Emulation, FrameError, FrameMatch, FramedMessage, FramedNode};
 use twinrig_wire::{TxQueue, crc16};
 
-use crate::Flaw;
+use super::Flaw;
 
 /// Address of the board.
 pub const ADDRESS: u8 = 7;
