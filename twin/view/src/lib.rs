@@ -41,6 +41,10 @@
 //! - Recorded runs only; it judges nothing itself.
 //! - The scripts compute no physics: what they draw is in the data.
 
+// Tests name the library as its users do.
+#[cfg(test)]
+extern crate self as twinrig_view;
+
 mod columns;
 mod data;
 mod decimated;
@@ -60,6 +64,8 @@ mod picture;
 mod run;
 mod sections;
 mod signals;
+#[cfg(test)]
+mod tests;
 mod timing;
 mod wires;
 

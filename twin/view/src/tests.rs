@@ -1,5 +1,5 @@
-//! Pages of recorded runs, without a browser: `check.py` opens them in one, and `check_live.py` the
-//! page of a live run.
+//! Pages of recorded runs, without a browser: `tests/check.py` opens them in one, and
+//! `tests/check_live.py` the page of a live run.
 
 use std::path::{Path, PathBuf};
 
