@@ -56,7 +56,7 @@ pub fn sources(extensions: &[&str]) -> Vec<(String, String)> {
 }
 
 /// Whether `text` has `phrase` as whole words.
-fn has(text: &str, phrase: &str) -> bool {
+pub fn has(text: &str, phrase: &str) -> bool {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     text.match_indices(phrase).any(|(at, found)| {
         let before = text[..at].chars().next_back();
