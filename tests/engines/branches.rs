@@ -2,7 +2,7 @@
 //! scenarios.
 
 use twinrig::kernel::SimTime;
-use twinrig::{Assembly, Execution, Registry, execute};
+use twinrig::{Assembly, Execution, execute};
 use twinrig_live::{SNAPSHOT_BYTES, Session};
 use twinrig_tests::{scenarios, shipped};
 
@@ -21,7 +21,7 @@ fn branches_are_runs_of_their_scenarios() {
 }
 
 fn check(plant: &str) {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let settings = [
         ("plant.model", plant),
         ("until", "500 ms"),

@@ -1,7 +1,6 @@
 //! Contact of trunk, knees and ankles in the engines.
 
 #[cfg(feature = "rapier")]
-use twinrig::Registry;
 use twinrig::Status;
 #[cfg(feature = "rapier")]
 use twinrig_tests::shipped;
@@ -13,7 +12,7 @@ use crate::{ENGINES, report_of};
 fn rapier_refuses_contact_of_the_trunk_with_ground_that_is_not_flat() {
     let step = "{ profile = 'step-down', at = '9 m', height = '2 cm' }";
     let settings = [("plant.model", "'rapier'"), ("plant.ground", step)];
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let assembly = shipped(&registry, "fall.toml", &settings);
     let error = assembly.map(|_| ()).unwrap_err();
     let source = std::error::Error::source(&error).unwrap();

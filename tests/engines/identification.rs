@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use twinrig::scenario::Setting;
-use twinrig::{Assembly, Execution, Registry, execute};
+use twinrig::{Assembly, Execution, execute};
 use twinrig_experiment::{FitOutcome, FitRequest, RecordingResidual, fit};
 use twinrig_tests::scenarios;
 
@@ -74,7 +74,7 @@ fn record(folder: &Path, gait: usize, truth: &[(String, String)]) -> PathBuf {
     let settings: Vec<_> = of_gait.into_iter().chain(drawn).collect();
     let text = fs::read_to_string(scenarios().join("trot.toml")).unwrap();
     let (text, _) = text.split_once("[[expect]]").unwrap();
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let settings = twinrig_tests::settings(&settings);
     let assembly = Assembly::builder(&registry).settings(&settings);
     let assembly = assembly.text("trot.toml", text, &scenarios()).unwrap();
@@ -98,7 +98,7 @@ fn fitted(recordings: &[PathBuf], space: PathBuf, settings: Vec<Setting>) -> Fit
         store: None,
         threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
-    fit(&Registry::standard(), &request, &mut |_| true).unwrap()
+    fit(&twinrig::registry(), &request, &mut |_| true).unwrap()
 }
 
 /// Returns the root mean square of the errors of the signals of a gait, in their deviations of

@@ -16,7 +16,7 @@ use std::path::Path;
 
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::runtime::{Group, Observer, RunEvent};
-use twinrig::{Assembly, Execution, Registry, Report, execute};
+use twinrig::{Assembly, Execution, Report, execute};
 use twinrig_tests::{TrotFixture, run, run_from, shipped};
 
 /// Engines of this build.
@@ -48,14 +48,14 @@ impl Observer for Feet {
 /// Returns the foot positions during the first 300 ms of passive legs, the interval shown in the
 /// thesis (figure 2.5).
 fn feet(scenario: &str, settings: &[(&str, &str)]) -> Vec<Vec<f64>> {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let assembly = shipped(&registry, scenario, settings).unwrap();
     feet_of(&assembly, SimDuration::from_millis(300))
 }
 
 /// Returns the foot positions of a run of a scenario up to `end`.
 fn feet_of_text(text: &str, settings: &[(&str, &str)], end: SimDuration) -> Vec<Vec<f64>> {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let assembly = Assembly::builder(&registry)
         .settings(&twinrig_tests::settings(settings))
         .text("hanging.toml", text, Path::new(""))
@@ -65,7 +65,7 @@ fn feet_of_text(text: &str, settings: &[(&str, &str)], end: SimDuration) -> Vec<
 
 /// Runs a shipped scenario.
 fn report_of(scenario: &str, settings: &[(&str, &str)]) -> Report {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let assembly = shipped(&registry, scenario, settings).unwrap();
     execute(&assembly, &Execution::default()).unwrap()
 }
@@ -204,7 +204,7 @@ fn trot_on_mujoco_is_converged_at_half_a_millisecond() {
 fn runs_of_external_engines_are_reproducible() {
     for model in ENGINES {
         let once = || {
-            let registry = Registry::standard();
+            let registry = twinrig::registry();
             let fixture = TrotFixture {
                 model,
                 duration_ms: 400,
@@ -223,7 +223,7 @@ fn runs_of_external_engines_are_reproducible() {
 #[test]
 fn restored_rig_with_an_external_engine_continues_bit_for_bit() {
     for model in ENGINES {
-        let registry = Registry::standard();
+        let registry = twinrig::registry();
         let fixture = TrotFixture {
             model,
             duration_ms: 400,

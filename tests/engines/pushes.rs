@@ -1,6 +1,6 @@
 //! Pushes in the engines, compared with the full plant.
 
-use twinrig::{Assembly, Registry};
+use twinrig::Assembly;
 use twinrig_record::Fingerprint;
 use twinrig_runtime::EnergyBalance;
 
@@ -40,7 +40,7 @@ fn pushed(model: &str) -> EnergyBalance {
         shape = "triangle"
         "#
     );
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let assembly = Assembly::builder(&registry).robot(ROBOT).recorded(&text);
     let assembly = assembly.unwrap_or_else(|error| panic!("{error}"));
     let mut rig = assembly.rig().unwrap_or_else(|error| panic!("{error}"));

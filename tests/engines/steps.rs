@@ -23,7 +23,7 @@ fn builder<'r>(
 fn steps_of_mujoco_alone_are_offered_and_the_same_run() {
     use twinrig_experiment::{PrecisionPlan, precision};
 
-    let (registry, duration) = (Registry::standard(), SimDuration::from_millis(100));
+    let (registry, duration) = (twinrig::registry(), SimDuration::from_millis(100));
     let builder = builder(&registry, "passive-legs.toml", "mujoco", duration);
     let plan = PrecisionPlan {
         duration: Some(duration),
@@ -53,7 +53,7 @@ fn steps_of_rapier_alone_are_left_out_where_drives_are() {
     use twinrig_experiment::PlantFactory;
 
     let alone = |scenario| {
-        let (registry, duration) = (Registry::standard(), SimDuration::from_millis(10));
+        let (registry, duration) = (twinrig::registry(), SimDuration::from_millis(10));
         let builder = builder(&registry, scenario, "rapier", duration);
         let methods = builder.plants()[0].methods.iter();
         let reasons = builder.left_out().iter();

@@ -22,7 +22,7 @@ use std::time::Instant;
 
 use table::{Disturbance, Table, expectations};
 use twinrig::scenario::{Outcome, Setting, Verdict};
-use twinrig::{Assembly, Execution, Registry, TwinError, execute};
+use twinrig::{Assembly, Execution, TwinError, execute};
 
 /// Plants that are cargo features, with their availability in this build.
 const FEATURES: [(&str, bool); 2] = [
@@ -57,7 +57,7 @@ fn each_expectation_has_a_disturbance_or_an_exception() {
 
 /// Returns the outcomes of the expectations of `scenario` under `settings`.
 fn outcomes(scenario: &Path, settings: &[Setting]) -> Result<Vec<Outcome>, TwinError> {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let assembly = Assembly::builder(&registry)
         .settings(settings)
         .file(scenario)?;

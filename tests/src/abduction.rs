@@ -1,6 +1,5 @@
 //! Trot of legs that abduct, by the servos of Oncilla's servo board.
 
-use twinrig::Registry;
 use twinrig::kernel::{SimDuration, SimTime};
 
 use crate::{run_from, shipped};
@@ -8,7 +7,7 @@ use crate::{run_from, shipped};
 /// Returns fingerprint and angle of abduction of the left fore leg \[rad\] of a second of Oncilla's
 /// trot, whose legs are commanded outwards at half of it.
 fn spreading_trot(settings: &[(&str, &str)]) -> (String, f64) {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let change = "[{ at = '0.5 s', set = 'splay', to = '4 deg' }]";
     let settings = [settings, &[("change", change)]].concat();
     let mut rig = shipped(&registry, "oncilla-trot.toml", &settings)

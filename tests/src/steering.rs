@@ -1,6 +1,6 @@
 //! Oncilla's trot with steps to the side.
 
-use twinrig::{Execution, Registry, execute};
+use twinrig::{Execution, execute};
 
 use crate::shipped;
 
@@ -16,7 +16,7 @@ const CLAIMS: &str = concat!(
 
 /// Returns the values of [`CLAIMS`] with a command that does not change.
 fn measured(plant: &str, file: &str, variable: &str, command: &str) -> [f64; 3] {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let [model, command] = [plant, command].map(|text| format!("'{text}'"));
     let settings = [
         ("plant.model", model.as_str()),

@@ -16,7 +16,13 @@ const EXCHANGEABLE: &str = "bench gait lcp massless mujoco rapier script";
 /// The module of exchangeable plants in a crate on which others depend.
 const EXCHANGEABLE_MODULE: &str = "twinrig_actuator::drives";
 /// Folders of the rig and what is above it.
-const RIG_AND_ABOVE: [&str; 4] = ["twin/rig", "twin/experiment", "twin/cli", "tests"];
+const RIG_AND_ABOVE: [&str; 5] = [
+    "twin/rig",
+    "twin/engines",
+    "twin/experiment",
+    "twin/cli",
+    "tests",
+];
 
 /// Returns the full names of crates.
 fn full_names(names: &str) -> impl Iterator<Item = String> {

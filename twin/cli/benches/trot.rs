@@ -7,7 +7,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use twinrig::kernel::{SimDuration, SimTime};
 use twinrig::scenario::Setting;
-use twinrig::{Assembly, Execution, Registry, execute};
+use twinrig::{Assembly, Execution, execute};
 
 fn main() {
     divan::main();
@@ -15,7 +15,7 @@ fn main() {
 
 /// Calls `body` with the scenario and the given settings.
 fn with_trot(settings: &[(&str, &str)], body: impl FnOnce(&Assembly<'_>)) {
-    let registry = Registry::standard();
+    let registry = twinrig::registry();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/trot.toml");
     let setting = |&(key, value): &(&str, &str)| Setting {
         origin: "bench".to_owned(),

@@ -6,7 +6,7 @@
 //! use std::process::ExitCode;
 //! use twinrig::kernel::{Port, SimDuration};
 //! use twinrig::runtime::Process;
-//! use twinrig::{ControllerKind, Registry};
+//! use twinrig::ControllerKind;
 //!
 //! /// Commands nothing.
 //! struct Lazy;
@@ -18,7 +18,7 @@
 //!
 //! fn main() -> ExitCode {
 //!     let lazy = ControllerKind::new("lazy", "commands nothing", |_| Ok(Lazy));
-//!     twinrig::run(Registry::standard().with_controller(lazy))
+//!     twinrig::run(twinrig::registry().with_controller(lazy))
 //! }
 //! ```
 //!
@@ -84,3 +84,12 @@ pub use twinrig_experiment::{
     OptimizationRequest, SweepEvent, SweepOutcome, SweepProgress, SweepRequest, SweepRows,
     WorkerJob, execute, optimize, sweep, with_ensemble, with_error_bars,
 };
+
+/// Returns the parts of this build: the standard ones, and the plants on engines whose cargo
+/// features it has.
+pub fn registry() -> Registry {
+    let registry = Registry::standard();
+    #[cfg(any(feature = "mujoco", feature = "rapier"))]
+    let registry = twinrig_engines::register(registry);
+    registry
+}

@@ -1,9 +1,7 @@
-//! The program `twin`, with the standard registry.
+//! The program `twin`, with the parts of this build.
 
 use std::process::ExitCode;
 
-use twinrig::Registry;
-
 fn main() -> ExitCode {
-    twinrig::run(Registry::standard())
+    twinrig::run(twinrig::registry())
 }

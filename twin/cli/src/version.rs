@@ -13,3 +13,6 @@ pub(crate) const VERSION: &str = concat!(
     "\nprofile   ",
     env!("TWINRIG_PROFILE"),
 );
+
+/// Profile of this build as cargo tells it: `debug`, or `release` for every other one.
+pub(crate) const PROFILE: &str = env!("TWINRIG_PROFILE");

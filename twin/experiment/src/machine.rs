@@ -19,13 +19,13 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Returns the present machine, with `build` as the program version.
-    pub fn here(build: &str) -> Self {
+    /// Returns the present machine, with `build` as the program version, which cargo compiled in the
+    /// profile `debug` or `release`.
+    pub fn here(build: &str, profile: &str) -> Self {
         let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
-        let profile = if cfg!(debug_assertions) {
-            "debug: run times are those of a build without optimisation"
-        } else {
-            "release"
+        let profile = match profile {
+            "debug" => "debug: run times are those of a build without optimisation",
+            profile => profile,
         };
         Self {
             cpu: cpu(&read("/proc/cpuinfo")).unwrap_or_else(|| "unknown".to_owned()),

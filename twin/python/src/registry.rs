@@ -10,7 +10,7 @@ use crate::ray_engine::RayEngine;
 /// that reads them is installed, and the engine of clusters. `exceptions` takes those of signal
 /// handlers while an FMU is awaited.
 pub(crate) fn registry(exceptions: &Exceptions) -> Registry {
-    let registry = Registry::standard().with_engine(RayEngine);
+    let registry = twinrig::registry().with_engine(RayEngine);
     match fmu::kind(exceptions) {
         Some(kind) => registry.with_plant(kind),
         None => registry.without_plant(fmu_plant::offer(), fmu_plant::REMEDY_IN_PACKAGE),

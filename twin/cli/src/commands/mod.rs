@@ -49,6 +49,7 @@ use twinrig_runtime::catch_panic;
 
 use crate::args::{Cli, Command};
 use crate::error::TwinError;
+use crate::version::PROFILE;
 use settings::{PLANT_KEY, settings};
 use terminal::{FAILURE, NEGATIVE, SUCCESS, Terminal};
 use twinrig_report::text::width::{columns, error_columns, fit};
@@ -185,7 +186,7 @@ fn dispatch(registry: &Registry, cli: Cli, terminal: &mut Terminal<'_>) -> u8 {
     let json = cli.command.json();
     terminal.styles = cli.color.styles(terminal.styles);
     let is_attended = terminal.interactive && std::io::stderr().is_terminal();
-    if cfg!(debug_assertions) && is_attended && cli.command.simulates() {
+    if PROFILE == "debug" && is_attended && cli.command.simulates() {
         terminal.note(DEBUG_BUILD);
     }
     let done = catch_panic(|| command(registry, cli.command, terminal));

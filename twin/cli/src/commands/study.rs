@@ -15,6 +15,7 @@ use super::{FAILURE, NEGATIVE, SUCCESS, Terminal, outputs};
 use crate::args::StudyArgs;
 use crate::error::TwinError;
 use crate::progress::Progress;
+use crate::version::PROFILE;
 
 /// Name and version of the program, for reports.
 const BUILD: &str = concat!("twinrig ", env!("CARGO_PKG_VERSION"));
@@ -65,7 +66,7 @@ fn execute(
     let report = study.request().run(StudyContext {
         registry,
         settings: &settings,
-        machine: &Machine::here(BUILD),
+        machine: &Machine::here(BUILD, PROFILE),
         command: &terminal.command,
         observer: &mut ProgressLine(Progress::new(frame.name, show_progress)),
     })?;

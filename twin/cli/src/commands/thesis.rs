@@ -13,6 +13,7 @@ use crate::thesis::items::items;
 use crate::thesis::record::{recorded, recorded_flips};
 use crate::thesis::result::ThesisResult;
 use crate::thesis::{run, text};
+use crate::version::PROFILE;
 use twinrig_rig::registry::Registry;
 
 /// Name and version of the program, for the run times.
@@ -127,7 +128,7 @@ fn compare(
         value: value.clone(),
     });
     let progress = Progress::new("thesis", terminal.interactive && !args.json);
-    let machine = Machine::here(BUILD);
+    let machine = Machine::here(BUILD, PROFILE);
     let settings = settings.collect();
     let result = run::run(
         registry,

@@ -39,7 +39,7 @@
 //!     Ok(Hold { legs, variables: variables() })
 //! });
 //! let hold = hold.with_variables(|_| Ok(variables().to_vec()));
-//! let registry = twinrig::Registry::standard().with_controller(hold);
+//! let registry = twinrig::registry().with_controller(hold);
 //! assert!(registry.controllers().any(|name| name == "hold"));
 //! ```
 

@@ -16,7 +16,7 @@
 //!     }
 //!     massless(context)
 //! });
-//! let registry = twinrig::Registry::standard().with_plant(heavy);
+//! let registry = twinrig::registry().with_plant(heavy);
 //! assert!(registry.plants().any(|name| name == "careful"));
 //! ```
 //!
@@ -54,7 +54,7 @@
 //!
 //! let stone = PlantKind::new("stone", "falls", |_| Ok(Stone { now: SimTime::ZERO }))
 //!     .with_ports(|_| Ok(ports()));
-//! let registry = Registry::standard().with_plant(stone);
+//! let registry = twinrig::registry().with_plant(stone);
 //! let scenario = r#"
 //!     robot = "cheetah-cub"
 //!     duration = "4 s"

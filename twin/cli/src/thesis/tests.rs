@@ -209,7 +209,7 @@ fn recorded_figures_are_found_again() {
     let short: Vec<&Item> = items().filter(|item| item.run_s <= SHORT_S).collect();
     let scenarios = root().join("scenarios");
     let progress = Progress::new("", false);
-    let machine = Machine::here("");
+    let machine = Machine::here("", "release");
     let found = run::run(
         &registry,
         &short,

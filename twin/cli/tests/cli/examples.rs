@@ -163,11 +163,10 @@ fn version_names_the_build() {
     let head = git.ok().filter(|git| git.status.success());
     let head = head.and_then(|git| String::from_utf8(git.stdout).ok());
     let commit = head.as_deref().map_or("unknown", |head| &head[..12]);
-    let profile = if cfg!(debug_assertions) {
-        "debug"
-    } else {
-        "release"
-    };
+    // This program is target/PROFILE/deps/cli-HASH.
+    let program = std::env::current_exe().unwrap();
+    let is_debug = program.ancestors().nth(2).unwrap().ends_with("debug");
+    let profile = if is_debug { "debug" } else { "release" };
     assert_eq!((long.out.starts_with(&short.out), values.len()), (true, 4));
     assert_eq!((values[0], values[3]), (commit, profile));
     assert!(values[2].contains(std::env::consts::ARCH));

@@ -10,9 +10,8 @@ fn model(name: &str) -> PathBuf {
         .join(name)
 }
 
-#[cfg(not(feature = "mujoco"))]
 #[test]
-fn build_without_engine_names_missing_feature() {
+fn standard_registry_names_the_missing_feature() {
     let pup = model("pup.toml").display().to_string();
     let done = twin(&["run", "--no-record", &pup]);
     assert_eq!(done.code, 2);
@@ -25,6 +24,11 @@ fn build_without_engine_names_missing_feature() {
         "{}",
         done.err
     );
+}
+
+#[cfg(not(feature = "mujoco"))]
+#[test]
+fn build_without_engine_writes_no_model() {
     let done = twin(&["export", "mjcf", "cheetah-cub"]);
     let expected = "error: this build cannot write MJCF\n  = help: build with `--features mujoco`, after `ci/setup mujoco`\n";
     assert_eq!((done.code, done.err.as_str()), (2, expected));
@@ -32,8 +36,12 @@ fn build_without_engine_names_missing_feature() {
 
 #[cfg(feature = "mujoco")]
 mod with_mujoco {
-    use super::{model, twin};
-    use crate::common::{Folder, json};
+    use super::model;
+    use crate::common::{Done, Folder, json, twin_of};
+
+    fn twin(words: &[&str]) -> Done {
+        twin_of(&twinrig::registry(), words)
+    }
 
     fn text(name: &str) -> String {
         std::fs::read_to_string(model(name)).unwrap()

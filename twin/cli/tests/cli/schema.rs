@@ -46,7 +46,6 @@ fn schema_of(registry: &Registry) -> Value {
 }
 
 /// Regenerate with `UPDATE_SCHEMA=1 cargo test -p twinrig schema`.
-#[cfg(not(any(feature = "mujoco", feature = "rapier")))]
 #[test]
 fn stored_schema_is_up_to_date() {
     let made = twin_of(&Registry::standard(), &["schema"]).out;

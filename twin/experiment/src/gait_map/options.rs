@@ -237,7 +237,7 @@ mod tests {
         let context = StudyContext {
             registry: &Registry::standard(),
             settings: &settings,
-            machine: &Machine::here("test"),
+            machine: &Machine::here("test", "release"),
             command: "twin study gait",
             observer: &mut (),
         };

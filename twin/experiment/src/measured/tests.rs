@@ -29,7 +29,7 @@ fn machine(cpu: &str, load: f64) -> Machine {
     Machine {
         cpu: cpu.to_owned(),
         load: Some(load),
-        ..Machine::here("test")
+        ..Machine::here("test", "release")
     }
 }
 

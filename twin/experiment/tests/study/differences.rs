@@ -73,7 +73,10 @@ fn each_model_is_compared_with_each_other_and_assumed_compliance_with_itself() {
     );
     assert!(rows.iter().all(|row| row.error_rms_m.unwrap() > 0.0));
     let page = study
-        .page(&twinrig_experiment::Machine::here("test"), "test")
+        .page(
+            &twinrig_experiment::Machine::here("test", "release"),
+            "test",
+        )
         .html();
     assert!(page.contains("Sensitivity to compliance"));
     assert!(page.contains("full, compliant, stiffness × 30"));

@@ -242,7 +242,10 @@ fn models_differ_where_intervals_and_method_errors_do_not_overlap() {
         "{speed:?}"
     );
     let page = study
-        .page(&twinrig_experiment::Machine::here("test"), "test")
+        .page(
+            &twinrig_experiment::Machine::here("test", "release"),
+            "test",
+        )
         .html();
     assert!(
         page.contains("speed: one and faster; same and faster."),
@@ -302,7 +305,10 @@ fn contact_is_that_of_the_feet_at_rest_and_in_the_gait() {
     let why = walking.why.as_deref().unwrap();
     assert!(why.contains("a foot still moves"), "{why}");
     let page = study
-        .page(&twinrig_experiment::Machine::here("test"), "test")
+        .page(
+            &twinrig_experiment::Machine::here("test", "release"),
+            "test",
+        )
         .html();
     // Load, penetration and their ratio to the stiffness of the robot file.
     assert!(page.contains(">2 N<") && page.contains(">1 mm<") && page.contains(">2 mm<"));

@@ -17,7 +17,12 @@ use crate::walker::Walkers;
 
 /// Opens the store in a folder.
 fn store_in(folder: &Folder) -> PartStore {
-    PartStore::open(folder.path(), &[b"study"], &Machine::here("test")).unwrap()
+    PartStore::open(
+        folder.path(),
+        &[b"study"],
+        &Machine::here("test", "release"),
+    )
+    .unwrap()
 }
 
 /// Counts the plants that a study builds.

@@ -198,7 +198,7 @@ fn model_difference_is_separate_and_vanishes_with_the_mass() {
 
 /// Returns the JSON of a study without the values that depend on run times.
 pub fn without_clock(study: &Study) -> serde_json::Value {
-    let machine = Machine::here("test");
+    let machine = Machine::here("test", "release");
     let mut json = study.json(&machine, "test");
     for row in json["rows"].as_array_mut().unwrap() {
         for key in CLOCKED {
@@ -221,7 +221,7 @@ fn studies_are_reproducible_except_for_run_times() {
 #[test]
 fn json_keys_keep_their_order() {
     let study = study(&["rk4", "tolerant"]);
-    let json = study.json(&Machine::here("test"), "test");
+    let json = study.json(&Machine::here("test", "release"), "test");
     let keys: Vec<&str> = json
         .as_object()
         .unwrap()

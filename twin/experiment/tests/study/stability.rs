@@ -206,7 +206,7 @@ fn trend_of_error_control_has_the_work_and_every_failure() {
         "{why}"
     );
     let page = found
-        .page(&Machine::here("test"), "twin study stability")
+        .page(&Machine::here("test", "release"), "twin study stability")
         .html();
     for part in [
         "Compliant constraints",
@@ -215,7 +215,7 @@ fn trend_of_error_control_has_the_work_and_every_failure() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    let json = found.json(&Machine::here("test"), "");
+    let json = found.json(&Machine::here("test", "release"), "");
     assert_eq!(json["error_control"][0]["failures"][0][0], 1e4);
     assert!(
         found

@@ -13,8 +13,7 @@ pub(crate) const TOLERANCE: &str = "tolerance";
 
 /// Plant option of methods whose steps are those of an engine alone. It is not declared, so that no
 /// scenario has it.
-#[cfg(any(feature = "mujoco", feature = "rapier"))]
-pub(crate) const STEP_ONLY: &str = "step_only";
+pub const STEP_ONLY: &str = "step_only";
 
 /// Integration method of a plant, and the plant options that select it.
 ///
@@ -80,9 +79,8 @@ impl Method {
     }
 
     /// Sets the plant option `name` to the whole number `count`.
-    #[cfg(feature = "rapier")]
     #[must_use]
-    pub(crate) fn with_count(mut self, name: &str, count: u64) -> Self {
+    pub fn with_count(mut self, name: &str, count: u64) -> Self {
         let count = OptionValue::Natural(count);
         self.options.push((name.to_owned(), count));
         self
@@ -96,9 +94,8 @@ impl Method {
     }
 
     /// Reduces the steps to those of the engine alone, to measure their cost.
-    #[cfg(any(feature = "mujoco", feature = "rapier"))]
     #[must_use]
-    pub(crate) fn step_only(mut self) -> Self {
+    pub fn step_only(mut self) -> Self {
         self.step_only = true;
         self.with_option(STEP_ONLY, "on")
     }

@@ -1,34 +1,28 @@
 //! Scenario options of custom MJCF models.
 
-#[cfg(not(feature = "mujoco"))]
-use twinrig_scenario::Kind;
 use twinrig_scenario::{Accepts, OptionSpec};
 
-#[cfg(not(feature = "mujoco"))]
-use crate::parts::engines::MJCF;
 use crate::parts::option::option;
 
-pub(crate) const NAME: &str = "mjcf";
-pub(crate) const FILE: &str = "file";
-pub(crate) const KEYFRAME: &str = "keyframe";
-pub(crate) const INPUTS: &str = "inputs";
-pub(crate) const OUTPUTS: &str = "outputs";
-pub(crate) const ACTUATOR: &str = "actuator";
-pub(crate) const AS: &str = "as";
-pub(crate) const UNIT: &str = "unit";
-
-/// Returns the kind for builds that cannot simulate it.
-#[cfg(not(feature = "mujoco"))]
-pub(crate) fn offer() -> Kind {
-    Kind {
-        options: options(),
-        standalone: Some(twinrig_scenario::Standalone::default()),
-        ..Kind::new(NAME, MJCF)
-    }
-}
+/// Name of the plant.
+pub const NAME: &str = "mjcf";
+/// Key of the model's file.
+pub const FILE: &str = "file";
+/// Key of the start state.
+pub const KEYFRAME: &str = "keyframe";
+/// Key of the table of inputs.
+pub const INPUTS: &str = "inputs";
+/// Key of the table of outputs.
+pub const OUTPUTS: &str = "outputs";
+/// Key of an input's or output's actuator.
+pub const ACTUATOR: &str = "actuator";
+/// Key of an output's quantity.
+pub const AS: &str = "as";
+/// Key of the unit of a signal.
+pub const UNIT: &str = "unit";
 
 /// Returns the keys of the plant table.
-pub(crate) fn options() -> Vec<OptionSpec> {
+pub fn options() -> Vec<OptionSpec> {
     let name = |key: &str, about: &str| option(key, about, Accepts::Name);
     let unit = name(UNIT, "unit, if the model does not define it (1)");
     let input = vec![

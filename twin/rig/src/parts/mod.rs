@@ -11,27 +11,19 @@ pub mod controller_kind;
 pub mod coupling;
 pub mod decoder;
 mod drives;
-pub(crate) mod engines;
+pub mod engines;
 pub mod fmu_plant;
 pub mod gaits;
 pub(crate) mod idle;
 pub mod lcp;
 pub mod massless;
 pub mod method;
-pub(crate) mod mjcf;
-#[cfg(feature = "mujoco")]
-pub(crate) mod model_file;
-#[cfg(feature = "mujoco")]
-pub(crate) mod mujoco;
-#[cfg(feature = "mujoco")]
-mod mujoco_methods;
-pub(crate) mod option;
+pub mod mjcf;
+pub mod option;
 mod optoforce;
 pub(crate) mod output_filter;
 mod phidget;
 pub mod plant_kind;
-#[cfg(feature = "rapier")]
-pub(crate) mod rapier;
 mod rb110;
 mod sbcp;
 mod script;

@@ -5,7 +5,7 @@ use twinrig_kernel::Unit;
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue};
 
 /// Returns an option without a default.
-pub(crate) fn option(name: &str, about: &str, accepts: Accepts) -> OptionSpec {
+pub fn option(name: &str, about: &str, accepts: Accepts) -> OptionSpec {
     OptionSpec {
         name: name.to_owned(),
         about: about.to_owned(),
@@ -15,7 +15,7 @@ pub(crate) fn option(name: &str, about: &str, accepts: Accepts) -> OptionSpec {
 }
 
 /// Returns an option that is one of `words`, by default the first.
-pub(crate) fn choice<W: AsRef<str>>(name: &str, about: &str, words: &[W]) -> OptionSpec {
+pub fn choice<W: AsRef<str>>(name: &str, about: &str, words: &[W]) -> OptionSpec {
     let words: Vec<String> = words.iter().map(|word| word.as_ref().to_owned()).collect();
     OptionSpec {
         default: words.first().cloned().map(OptionValue::Text),
@@ -24,7 +24,7 @@ pub(crate) fn choice<W: AsRef<str>>(name: &str, about: &str, words: &[W]) -> Opt
 }
 
 /// Returns the type of a dimensionless number, which may be given in per cent.
-pub(crate) fn number(range: Range) -> Accepts {
+pub fn number(range: Range) -> Accepts {
     Accepts::Quantity {
         unit: Unit::One,
         range,

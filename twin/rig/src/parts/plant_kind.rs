@@ -184,9 +184,8 @@ impl PlantKind {
     /// Adds an integration method for an engine's soft constraints, for studies of gaits: they then
     /// offer the plant once more, as a model of its own whose errors are compared with those of
     /// compliant constraints.
-    #[cfg(feature = "mujoco")]
     #[must_use]
-    pub(crate) fn with_soft_method(mut self, method: Method) -> Self {
+    pub fn with_soft_method(mut self, method: Method) -> Self {
         self.soft_methods.push(method);
         self
     }

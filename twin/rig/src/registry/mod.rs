@@ -28,7 +28,6 @@ pub fn build_needs(feature: &str) -> Option<&'static str> {
 }
 
 /// Returns the remedy for a part of builds with the cargo feature `feature`.
-#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 pub(crate) fn build_remedy(feature: &str) -> String {
     let after = build_needs(feature).map_or_else(String::new, |it| format!(", after `{it}`"));
     format!("build with `--features {feature}`{after}")

@@ -1,32 +1,23 @@
 //! Registration of the standard parts.
 
 use twinrig_kernel::SimDuration;
-#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
-use twinrig_scenario::Kind;
 
-use super::Registry;
-#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
-use super::build_remedy;
+use super::{Registry, build_remedy};
 use crate::parts;
-#[cfg(not(all(feature = "mujoco", feature = "rapier")))]
 use crate::parts::engines;
 use crate::parts::fmu_plant;
 use crate::parts::lcp;
 use crate::parts::massless;
 use crate::parts::method::Method;
-#[cfg(not(feature = "mujoco"))]
-use crate::parts::mjcf;
 use crate::parts::plant_kind::PlantKind;
-#[cfg(feature = "rapier")]
-use crate::parts::rapier;
-#[cfg(feature = "mujoco")]
-use crate::parts::{model_file, mujoco};
 
 /// Tolerance of the references with compliant constraints \[m\].
 const COMPLIANT_REFERENCE: f64 = 2e-10;
 
 impl Registry {
-    /// Returns the registry with the standard parts of this crate.
+    /// Returns the registry with the parts that every build has. Plants on third-party engines are
+    /// listed as missing, with the cargo feature that builds them; `twinrig::registry` has those of
+    /// its build.
     pub fn standard() -> Self {
         let registry = Registry::empty()
             .with_plant(massless_with_its_methods())
@@ -41,26 +32,11 @@ impl Registry {
         let registry = controllers
             .fold(registry, Registry::with_controller)
             .without_plant(fmu_plant::offer(), fmu_plant::REMEDY);
-        engines(registry.mark_as_standard())
+        let missing = engines::offers().into_iter();
+        missing.fold(registry.mark_as_standard(), |registry, (kind, feature)| {
+            registry.without_plant(kind, build_remedy(feature))
+        })
     }
-}
-
-/// Adds the plants on third-party engines, or the cargo features that this build lacks for them.
-fn engines(registry: Registry) -> Registry {
-    #[cfg(feature = "mujoco")]
-    let registry = registry
-        .with_plant(mujoco::kind())
-        .with_plant(model_file::kind());
-    #[cfg(not(feature = "mujoco"))]
-    let registry = registry
-        .without_plant(Kind::new("mujoco", engines::MUJOCO), build_remedy("mujoco"))
-        .without_plant(mjcf::offer(), build_remedy("mujoco"));
-    #[cfg(feature = "rapier")]
-    let registry = registry.with_plant(rapier::kind());
-    #[cfg(not(feature = "rapier"))]
-    let registry =
-        registry.without_plant(Kind::new("rapier", engines::RAPIER), build_remedy("rapier"));
-    registry
 }
 
 fn massless_with_its_methods() -> PlantKind {

@@ -89,7 +89,7 @@ fn main() -> ExitCode {
 /// All parts of `twin`, and this controller.
 fn registry() -> Registry {
     let kind = ControllerKind::new(NAME, "bends and stretches all legs together", build);
-    Registry::standard().with_controller(kind.with_variables(|_| Ok(variables().to_vec())))
+    twinrig::registry().with_controller(kind.with_variables(|_| Ok(variables().to_vec())))
 }
 
 /// Builds the controller for the legs that the scenario selects.

@@ -24,7 +24,7 @@ pub fn registry() -> Registry {
         .with_faults()
         .with_usb()
         .measuring(|_| vec![HEIGHT.to_owned()]);
-    Registry::standard().with_bus(kind)
+    twinrig::registry().with_bus(kind)
 }
 
 #[expect(clippy::unnecessary_wraps, reason = "drivers of other kinds may fail")]

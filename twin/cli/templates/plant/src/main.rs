@@ -33,7 +33,7 @@ fn registry() -> Registry {
         // Against the first reference method `twin study` measures all others.
         .with_method(rk4.trusted_at_step(SimDuration::from_micros(10)))
         .with_method(euler.with_option("integrator", SEMI_IMPLICIT));
-    Registry::standard().with_plant(options().into_iter().fold(kind, PlantKind::with_option))
+    twinrig::registry().with_plant(options().into_iter().fold(kind, PlantKind::with_option))
 }
 
 /// Keys of the scenario's `[plant]` table: name, unit, range, default.

@@ -5,13 +5,13 @@ use twinrig_kernel::{SimDuration, Unit};
 use twinrig_rapier::{Joints, Options, Rapier, Softness, Solver};
 use twinrig_scenario::{Accepts, OptionSpec, Options as ScenarioOptions};
 
-use crate::error::BuildError;
-use crate::parts::context::PlantContext;
-use crate::parts::engines::RAPIER;
-use crate::parts::method::{Method, STEP_ONLY};
-use crate::parts::option::{choice, number, option};
-use crate::parts::plant_kind::PlantKind;
-use crate::parts::setup::{pushes, setup};
+use twinrig_rig::{BuildError, PlantContext};
+
+use twinrig_rig::parts::engines::RAPIER;
+use twinrig_rig::parts::method::{Method, STEP_ONLY};
+use twinrig_rig::parts::option::{choice, number, option};
+use twinrig_rig::parts::plant_kind::PlantKind;
+use twinrig_rig::parts::setup::{pushes, setup};
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(2);

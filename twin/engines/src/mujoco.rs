@@ -7,13 +7,15 @@ use twinrig_mujoco::{
 };
 use twinrig_scenario::{Accepts, OptionSpec, OptionValue, Options as ScenarioOptions};
 
-use crate::error::BuildError;
-use crate::parts::context::PlantContext;
-use crate::parts::method::STEP_ONLY;
-use crate::parts::mujoco_methods::{self, POSITION_ACTUATORS, SWITCH};
-use crate::parts::option::{choice, number, option};
-use crate::parts::plant_kind::PlantKind;
-use crate::parts::setup::{pushes, setup};
+use twinrig_rig::{BuildError, PlantContext};
+
+use twinrig_rig::parts::engines::MUJOCO;
+use twinrig_rig::parts::method::STEP_ONLY;
+use twinrig_rig::parts::option::{choice, number, option};
+use twinrig_rig::parts::plant_kind::PlantKind;
+use twinrig_rig::parts::setup::{pushes, setup};
+
+use crate::mujoco_methods::{self, POSITION_ACTUATORS, SWITCH};
 
 /// Default step of the plant.
 const STEP: SimDuration = SimDuration::from_millis(1);
@@ -26,7 +28,7 @@ pub(crate) fn kind() -> PlantKind {
         .into_iter()
         .chain(Integrator::ALL.map(Integrator::name))
         .collect();
-    let kind = PlantKind::new("mujoco", crate::parts::engines::MUJOCO, mujoco)
+    let kind = PlantKind::new("mujoco", MUJOCO, mujoco)
         .with_option(choice(
             "coordinates",
             "maximal (segments connected by pin constraints) or minimal (joint angles)",

@@ -3,8 +3,8 @@
 use twinrig_kernel::SimDuration;
 use twinrig_mujoco::{Coordinates, Integrator, Numerics, TimeConstant};
 
-use crate::parts::method::Method;
-use crate::parts::plant_kind::PlantKind;
+use twinrig_rig::parts::method::Method;
+use twinrig_rig::parts::plant_kind::PlantKind;
 
 /// Plant option of methods whose servos are MuJoCo's position actuators; not declared, as
 /// [`STEP_ONLY`].

@@ -12,11 +12,13 @@ use twinrig_mujoco::model_file::{
 use twinrig_runtime::Plant;
 use twinrig_scenario::{LegFact, Options, PlantSpec};
 
-use crate::error::BuildError;
-use crate::parts::context::{ModelContext, StandaloneModel};
-use crate::parts::engines::MJCF;
-use crate::parts::mjcf::{ACTUATOR, AS, FILE, INPUTS, KEYFRAME, NAME, OUTPUTS, UNIT, options};
-use crate::parts::plant_kind::PlantKind;
+use twinrig_rig::{BuildError, ModelContext, StandaloneModel};
+
+use twinrig_rig::parts::engines::MJCF;
+use twinrig_rig::parts::mjcf::{
+    ACTUATOR, AS, FILE, INPUTS, KEYFRAME, NAME, OUTPUTS, UNIT, options,
+};
+use twinrig_rig::parts::plant_kind::PlantKind;
 
 /// Attachment of a recording: text of the model, for inspection.
 const TEXT: &str = "model.xml";
