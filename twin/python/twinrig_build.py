@@ -2,7 +2,8 @@
 
 An FMU is loaded by programs without Python, so that its library is one of its own, which
 ``twin export fmu`` finds beside the module. Both share the compiled crates, so that both have the
-cargo profile of the build arguments: ``--profile dist``, or ``release`` without one.
+cargo profile of the build arguments: ``--profile dist``, or ``release`` without one. The cargo feature
+``ci`` is one of both.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ __all__ = [
 ]
 
 COMMAND = (
-    "cargo build --locked --profile {} --package twinrig-fmu "
+    "cargo build --locked --profile {} --package twinrig-fmu --features={} "
     "--message-format json-render-diagnostics"
 )
 PACKAGE = Path(__file__).parent / "python" / "twinrig"
@@ -52,7 +53,7 @@ def build_wheel(
     metadata_directory: str | None = None,
 ) -> str:
     """Build the wheel, with the library in the package while it is packed."""
-    built = library(cargo_profile(get_maturin_pep517_args(config_settings)))
+    built = library(*options(get_maturin_pep517_args(config_settings)))
     place = PACKAGE / built.name
     shutil.copyfile(built, place)
     try:
@@ -62,17 +63,18 @@ def build_wheel(
         place.unlink()
 
 
-def cargo_profile(arguments: list[str]) -> str:
-    """Return the cargo profile of the arguments of maturin."""
+def options(arguments: list[str]) -> tuple[str, str]:
+    """Return the cargo profile of the arguments of maturin, and the features of the library."""
     parser = argparse.ArgumentParser(allow_abbrev=False)
     parser.add_argument("--profile", default="release")
-    name: str = parser.parse_known_args(arguments)[0].profile
-    return name
+    parser.add_argument("--features", default="")
+    found = parser.parse_known_args(arguments)[0]
+    return found.profile, "ci" if "ci" in found.features.split(",") else ""
 
 
-def library(profile: str) -> Path:
+def library(profile: str, features: str) -> Path:
     """Build the library of FMUs and return its path, which depends on cargo's configuration."""
-    command = COMMAND.format(profile)
+    command = COMMAND.format(profile, features)
     try:
         done = subprocess.run(command.split(), stdout=subprocess.PIPE, text=True, check=False)
     except FileNotFoundError:
