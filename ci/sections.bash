@@ -298,9 +298,14 @@ full_templates() {
     ci/templates
 }
 
-# The action for users of GitHub, step by step.
+# The action for users of GitHub, step by step, and the workflows of this repository.
 action() {
     target/venv/bin/python ci/action/check.py "$twin"
+    if [ -d target/node ]; then
+        NODE_PATH=target/node/node_modules nodejs ci/action/workflows.cjs .github/workflows/*.yml
+    else
+        echo "not tried: the workflows of this repository, without npm"
+    fi
 }
 
 # --- Figures ---
@@ -314,11 +319,6 @@ budgets() {
 # The size of the tree.
 lines() {
     ci/budgets lines
-}
-
-# What the tests catch.
-mutants() {
-    ci/mutants check
 }
 
 # --- The loop ---

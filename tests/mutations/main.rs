@@ -107,7 +107,7 @@ fn deviations(disturbance: &Disturbance) -> Vec<String> {
 #[test]
 #[cfg_attr(
     debug_assertions,
-    ignore = "takes minutes without optimisation; a section of ci/test runs it"
+    ignore = "takes minutes; section `mutations` of ci/test runs it"
 )]
 fn each_expectation_fails_under_its_disturbance() {
     let begin = Instant::now();

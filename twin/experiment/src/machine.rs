@@ -19,8 +19,8 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Returns the present machine, with `build` as the program version, which cargo compiled in the
-    /// profile `debug` or `release`.
+    /// Returns the present machine, with `build` as the program version, which cargo compiled in
+    /// the profile `debug` or `release`.
     pub fn here(build: &str, profile: &str) -> Self {
         let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
         let profile = match profile {
