@@ -16,6 +16,8 @@ export CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_DEBUG=0
 # Everything is built once, with the plants on engines and `twin live`, which are cargo features.
 features=twinrig/live,twinrig/mujoco,twinrig/rapier,twinrig-tests/mujoco,twinrig-tests/rapier
 everything=(--workspace --locked --profile ci --features "$features")
+# Examples of the documentation are built where the path of MuJoCo's library does not lead.
+export LD_LIBRARY_PATH="$PWD/vendor/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
 # The program, which the tests of the command line need. `cargo build` would make another one.
 twin=target/ci/twin
 # Where the Python package is tried: there is no cargo on the path of a user.
