@@ -134,7 +134,7 @@ peers() {
         checks+=($!)
     done
     "$python" "$scripts/pinocchio_check.py" --self
-    # The tests have built the examples.
+    cargo build "${everything[@]}" --quiet --example probe
     target/ci/examples/probe 1000 | "$python" "$scripts/pinocchio_check.py"
     for check in "${checks[@]}"; do
         wait "$check"
