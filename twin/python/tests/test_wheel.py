@@ -26,6 +26,9 @@ def test_platform_tag_names_the_newest_glibc_that_the_module_needs() -> None:
         assert needed <= promised, f"{path} needs glibc {needed}, the tag promises {promised}"
 
 
-def test_module_links_no_python() -> None:
-    module = Path(_native.__file__ or "").read_bytes()
-    assert b"libpython" not in module
+@pytest.mark.parametrize("library", [b"libpython", b"libmujoco"])
+def test_nothing_of_the_package_links(library: bytes) -> None:
+    libraries = list(Path(_native.__file__ or "").parent.glob("*.so"))
+    assert libraries
+    for path in libraries:
+        assert library not in path.read_bytes(), path
