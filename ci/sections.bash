@@ -250,7 +250,7 @@ python_package() {
     target/venv-python/bin/pip install --quiet --disable-pip-version-check --no-index --no-deps \
         --force-reinstall target/wheels/twinrig-*.whl
     (
-        export PATH=$user_path
+        export PATH=$user_path TWIN=$PWD/$twin
         if command -v cargo; then
             echo "cargo is on the PATH of a user without it" >&2
             exit 1
