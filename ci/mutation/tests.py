@@ -281,7 +281,8 @@ class Trial:
         """The first test that fails, as package, program and name; None, and False if the crate
         does not compile."""
         for package in self.workspace.order(self.crate):
-            for program in self.workspace.programs(package):
+            programs = self.workspace.programs(package)
+            for program in programs:
                 if not self.builds(package, program):
                     if package == self.crate:
                         return False
@@ -290,7 +291,7 @@ class Trial:
                 if not self.left():
                     note(f"no time is left after {package} {program}")
                     return None
-            self.ran.append(package)
+            self.ran += [package] if programs else []
         return None
 
     def kills(self, path, text):
