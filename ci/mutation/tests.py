@@ -158,8 +158,10 @@ def prepare(commit, arguments):
 def build(workspace):
     """Builds all tests, which crates share as they are built one by one."""
     profile = workspace.arguments.profile
-    command = ["cargo", "test", "--workspace", "--no-run", "--offline", "--keep-going"]
-    run([*command, *(["--profile", profile] if profile else [])], FULL_MUTANT_S)
+    command = ["cargo", "test", "--workspace", "--no-run", "--offline"]
+    status, text = run([*command, *(["--profile", profile] if profile else [])], FULL_MUTANT_S)
+    if status != 0:
+        sys.exit(f"ci/mutants: the tests do not build:\n{text[-2000:]}")
 
 
 def clean():
