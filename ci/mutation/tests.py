@@ -24,12 +24,29 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve()
 ENVIRONMENT = {
     "CI": "1", "PROPTEST_RNG_SEED": "26", "CARGO_PROFILE_DEV_DEBUG": "0", "CARGO_INCREMENTAL": "1",
 } | os.environ | {"CARGO_TARGET_DIR": str(TARGET), "LD_LIBRARY_PATH": str(COPY / "vendor/lib")}
-MUTANT_S, FULL_MUTANT_S, HANG_S = 600, 3600, 300
+MUTANT_S, FULL_MUTANT_S, HANG_S, STOPPED_S = 600, 3600, 300, 10
 MEMORY_BYTES, FILE_BYTES = 8 << 30, 4 << 30
 # Their tests take minutes to build or to run.
 SLOW = {"twinrig", "twinrig-experiment", "twinrig-lcp", "twinrig-tests"}
 # Tests of documents, which know all packages.
 NOT_RUN = {("twinrig-tests", "text")}
+
+
+class Clock:
+    """Seconds in which this program was not stopped."""
+
+    def __init__(self):
+        self.stopped, self.last = 0.0, time.monotonic()
+
+    def now(self):
+        """To be read every second while something runs."""
+        now = time.monotonic()
+        self.stopped += now - self.last if now - self.last > STOPPED_S else 0
+        self.last = now
+        return now - self.stopped
+
+
+clock = Clock()
 
 
 def note(text):
@@ -208,9 +225,9 @@ def run(command, seconds):
             command, cwd=COPY, env=ENVIRONMENT, stdin=subprocess.DEVNULL, stdout=output,
             stderr=output, start_new_session=True, preexec_fn=limit_resources,
         )
-        end, status, text = time.monotonic() + seconds, None, ""
+        end, status, text = clock.now() + seconds, None, ""
         try:
-            while status is None and time.monotonic() < end and not failed_test(text):
+            while status is None and clock.now() < end and not failed_test(text):
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     status = process.wait(0.2)
                 text = os.pread(output.fileno(), 1 << 24, 0).decode(errors="replace")
@@ -228,10 +245,10 @@ class Trial:
         self.workspace, self.crate = workspace, crate
         self.full = workspace.arguments.full
         self.ran = []
-        self.end = time.monotonic() + (FULL_MUTANT_S if self.full else MUTANT_S)
+        self.end = clock.now() + (FULL_MUTANT_S if self.full else MUTANT_S)
 
     def left(self):
-        return max(0, self.end - time.monotonic())
+        return max(0, self.end - clock.now())
 
     def cargo(self, package, program, *words):
         kind, _, name = program.rpartition(" ")
@@ -270,9 +287,9 @@ class Trial:
 
     def killer(self, package, program):
         """The first test of a program that fails, alone too where it ends."""
-        begin = time.monotonic()
+        begin = clock.now()
         while (test := self.fails(package, program)) is not None:
-            whole = not test or program == "doc" or time.monotonic() - begin >= HANG_S
+            whole = not test or program == "doc" or clock.now() - begin >= HANG_S
             if whole or self.fails(package, program, test) is not None:
                 return package, program, test
             note(f"{package} {program} {test} passes alone")
