@@ -106,8 +106,10 @@ tests() {
     count_tests
 }
 
-# With the tests that are ignored as slow, and all examples of the documentation.
+# With the tests that are ignored as slow, all cases whose violations are listed in
+# tests/rig/battery/known.txt, and all examples of the documentation.
 full_tests() {
+    local -x BATTERY_CASES=1000 BATTERY_HARSH=60 BATTERY_NOMINAL=100
     counted cargo test "${everything[@]}" --no-fail-fast
     counted cargo test "${everything[@]}" --tests --no-fail-fast -- --ignored --skip fused:: \
         --skip identification:: --skip killed
